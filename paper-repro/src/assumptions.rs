@@ -8,6 +8,7 @@ use serde_json::{Value, json};
 use crate::constraints::norms;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
+use crate::figures::fig2::{NEAR, PAPER_RIGHTMOST as RIGHTMOST};
 use crate::files;
 use crate::plot::{Axis, Chart, Place, Series, Style, colour};
 use crate::settings::Settings;
@@ -17,10 +18,8 @@ use crate::table::Table;
 
 /// J₀ read from the axis of Fig. 3, and how closely it can be read.
 const START: (f64, f64) = (15.0, 0.5);
-/// When the gradients of Fig. 6 differ most, relative to their size, and so, we assume, vanish, and when the cart is furthest right, s; both to two nodes.
+/// When the gradients of Fig. 6 differ most, relative to their size, and so, we assume, vanish, s; to two nodes.
 const VANISHES: f64 = 0.52;
-const RIGHTMOST: f64 = 1.26;
-const NEAR: f64 = 0.04;
 /// Where Φ generally is.
 const DRIFT: std::ops::RangeInclusive<f64> = 1e-5..=1e-4;
 /// What counts as close to zero after the paper's iterations.

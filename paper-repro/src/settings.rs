@@ -6,6 +6,7 @@ use hamiltonian_adjoint::{Grid, Inputs, System};
 
 use crate::error::Error;
 use crate::flags::{finite, positive, shown};
+use crate::plot::Caption;
 use crate::steepest_descent::LineSearch;
 use crate::table::{Row, Verdict};
 
@@ -37,6 +38,9 @@ pub struct Settings {
     pub iterations: u32,
     #[command(flatten)]
     pub search: LineSearch,
+    /// Draws the captions into the figures too; without it they are in the SVG's description and in a text file beside it
+    #[arg(long)]
+    pub captions: bool,
 }
 
 impl Settings {
@@ -71,17 +75,21 @@ impl Settings {
     pub fn assumptions(&self) -> Vec<Row> {
         let LineSearch { first, armijo, shorten } = self.search;
         let (first, armijo, shorten) = (shown(first), shown(armijo), shown(shorten));
+        let most = match self.usual_mechanism() && self.search == LineSearch::USUAL {
+            true => "; of the choices that `assumptions` tries, this reproduces most of the paper's numbers",
+            false => "",
+        };
         let rows = [
             ("link length", format!("{} m, hinges at the ends, centre of mass in the middle", shown(self.length))),
             ("acceleration of gravity", format!("{} m/s²", shown(self.gravity))),
             ("hinge with friction", format!("that of {}", self.joined_with_friction())),
-            ("backtracking line search", format!("Armijo: α = {first}, times {shorten} until c = {armijo} holds")),
+            ("backtracking line search", format!("Armijo: α = {first}, times {shorten} until c = {armijo} holds{most}")),
         ];
         rows.map(|(what, ours)| Row::new("Sect. 4", what, "not stated", ours, Verdict::Assumed)).to_vec()
     }
 
-    /// What stands under a figure of the paper: whose it is, what is particular about it, and what is assumed, of the line search too where it counts.
-    pub fn caption(&self, figure: u8, particular: &str, with_search: bool) -> String {
+    /// Caption of a figure of the paper: whose it is, what is particular about it, and what is assumed, of the line search too where it counts.
+    pub fn caption(&self, figure: u8, particular: &str, with_search: bool) -> Caption {
         let LineSearch { first, armijo, shorten } = self.search;
         let search = format!(
             ";\nline search: Armijo, α = {}, times {} until c = {} holds",
@@ -96,7 +104,8 @@ impl Settings {
             self.joined_with_friction()
         );
         let end = if with_search { &search } else { "" };
-        format!("Fig. {figure} of the paper, as computed here{particular}.\n{assumed}{end}.")
+        let text = format!("Fig. {figure} of the paper, as computed here{particular}.\n{assumed}{end}.");
+        Caption { text, shown: self.captions }
     }
 
     /// What the hinge with friction joins.

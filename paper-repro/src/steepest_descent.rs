@@ -22,7 +22,7 @@ pub struct LineSearch {
 
 impl LineSearch {
     /// What it is unless told otherwise, found by trial: from many others the descent ends in a valley that does not reach 0.
-    pub const USUAL: Self = LineSearch { first: 500.0, armijo: 1e-4, shorten: 0.5 };
+    pub const USUAL: Self = LineSearch { first: 2000.0, armijo: 1e-4, shorten: 0.5 };
 }
 
 /// Steps shorter than this share of the first one are given up: J has no lower value within rounding.

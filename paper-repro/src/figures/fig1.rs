@@ -15,17 +15,15 @@ use crate::table::{Row, Verdict};
 /// Angles of the links in the sketch, repeated for longer chains.
 const ANGLES: [f64; 3] = [-0.19 * TAU, -0.09 * TAU, -0.16 * TAU];
 
-/// The length of a link in points.
-const UNIT: f64 = 150.0;
-/// Where the last line of the notes is.
-const LOWEST_NOTE: f64 = -2.2;
+/// The width in points.
+const WIDTH: f64 = 700.0;
 /// The link that carries the dimension, or the only one.
 const DIMENSIONED: usize = 1;
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let links = usize::from(experiment.settings.links);
     let mut series = surroundings();
-    let (mut hinge, mut low) = ((0.0, 0.0), LOWEST_NOTE);
+    let (mut hinge, mut low) = ((0.0, 0.0), 0.0f64);
     for j in 0..links {
         let angle = ANGLES[j % ANGLES.len()];
         let tip = (hinge.0 + angle.cos(), hinge.1 + angle.sin());
@@ -35,13 +33,13 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         }
         (hinge, low) = (tip, tip.1.min(low));
     }
-    series.extend(notes(experiment));
+    series.push(gravity(experiment.settings.gravity));
     let (left, right) = (-1.65, hinge.0.max(1.75) + 0.3);
     let axis = |label, range| Axis { range: Some(range), ..Axis::linear(label) };
     let (x, y) = (axis("x [link lengths]", (left, right)), axis("y [link lengths]", (low - 0.15, 0.9)));
-    let chart = Chart { x, y, series, framed: false, ..Chart::default() };
-    let charts = vec![chart.equally_scaled((UNIT * (right - left)).min(2000.0))];
-    Panels { charts, columns: 1 }.save_shapes(stem)?;
+    let caption = experiment.settings.caption(1, &notes(experiment), false);
+    let chart = Chart { x, y, series, caption, framed: false, ..Chart::default() };
+    Panels::new(vec![chart.equally_scaled(WIDTH)], 1).save_shapes(stem)?;
     Ok(claims(experiment))
 }
 
@@ -101,24 +99,20 @@ fn link(j: usize, at: Point, tip: Point, angle: f64) -> Vec<Series> {
     ]
 }
 
-/// Gravity; masses and friction in words.
-fn notes(experiment: &Experiment) -> Vec<Series> {
-    let (example, joined) = (experiment.settings.example(), experiment.settings.joined_with_friction());
-    let lines = [
-        format!("cart: {} kg, {} kg m²", example.cart_mass, example.cart_inertia),
-        format!("each link: {} kg, {} kg m²", example.link_mass, example.link_inertia),
-        format!("friction on the rail: {} N s/m", example.rail_friction),
-        format!("friction in the hinge of {joined} (assumed):"),
-        format!("{} N m s/rad", example.hinge_friction),
-    ];
-    let row = |(below, line): (usize, &String)| {
-        let above = 0.14 * (lines.len() - 1 - below) as f64;
-        text((-1.5, LOWEST_NOTE + above), line, Side::Left)
-    };
-    let gravity = format!("g = {} m/s² (assumed)", shown(example.gravity));
+fn gravity(value: f64) -> Series {
     let (from, to) = ((0.85, 0.7), (0.85, 0.25));
-    let down = arrow(from, to, colour::BLACK).noted(gravity, (0.85, 0.5 * (from.1 + to.1)), (10.0, 0.0), Side::Left);
-    lines.iter().enumerate().map(row).chain([down]).collect()
+    let words = format!("g = {} m/s² (assumed)", shown(value));
+    arrow(from, to, colour::BLACK).noted(words, (0.85, 0.5 * (from.1 + to.1)), (10.0, 0.0), Side::Left)
+}
+
+/// Masses and friction in words.
+fn notes(experiment: &Experiment) -> String {
+    let CartPendulum { cart_mass, link_mass, cart_inertia, link_inertia, rail_friction, hinge_friction, .. } =
+        experiment.settings.example();
+    format!(
+        ": cart of {cart_mass} kg, {cart_inertia} kg m²; links of {link_mass} kg, {link_inertia} kg m²;\n\
+         friction of {rail_friction} N s/m on the rail and of {hinge_friction} N m s/rad in one hinge"
+    )
 }
 
 /// The number in subscript digits.

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::rounded;
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Axis, Chart, Series, Style, colour};
@@ -41,14 +42,14 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
 fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Row> {
     let (start, end, made) = (&optimum.history[0], optimum.end(), optimum.iterations());
     let below = optimum.first_below(1e-10).map_or("never".to_owned(), |i| format!("after {i} iterations"));
-    let at_start = format!("{:.8}", start.cost);
+    let at_start = rounded(start.cost);
     // Fewer than asked for look like a failure, or like success, unless it is said why there are no more.
     let ended = if made < experiment.settings.iterations as usize {
         ", after which no step of the line search lowers J"
     } else {
         ""
     };
-    let at_end = format!("{:.1e} after {made} iterations{ended}; below 1e-10 {below}", end.cost);
+    let at_end = format!("{} after {made} iterations{ended}; below 1e-10 {below}", rounded(end.cost));
     let gradients = format!("{:.1e} and {:.1e} rad²/N", start.gradient, end.gradient);
     let (exact, close) = (start_verdict(experiment, start.cost), end_verdict(experiment, end.cost));
     vec![

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::with_kink;
+use super::{rounded, with_kink};
 use crate::error::Error;
 use crate::experiment::{Experiment, Optimum};
 use crate::plot::{Axis, Chart, Series, Style, colour, scientific};
@@ -14,7 +14,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let colours = [colour::GREY, colour::GREEN, colour::RED, colour::BLUE];
     let series = snapshots(optimum).into_iter().zip(colours).map(|(iteration, colour)| {
         let iterate = &optimum.history[iteration];
-        let name = format!("iteration {iteration}, J = {}", cost(iterate.cost));
+        let name = format!("iteration {iteration}, J = {}", scientific(&rounded(iterate.cost)));
         let force = Series::over(&times, &iterate.u, name, colour, Style::Line);
         if iteration == optimum.iterations() { with_kink(force, 1) } else { force }
     });
@@ -40,10 +40,6 @@ fn snapshots(optimum: &Optimum) -> Vec<usize> {
     let mut snapshots = vec![0, first_below(0.25), first_below(0.01), end];
     snapshots.dedup();
     snapshots
-}
-
-fn cost(value: f64) -> String {
-    if value < 1e-3 { scientific(value) } else { format!("{value:.3}") }
 }
 
 fn claims(optimum: &Optimum) -> Vec<Row> {

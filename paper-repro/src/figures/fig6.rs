@@ -12,7 +12,7 @@ use crate::table::{Row, Verdict};
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let (gradients, times) = (experiment.gradients()?, experiment.inputs.grid.times());
     let above = Chart {
-        y: Axis::linear("dJ/du_i [rad²/N]"),
+        y: Axis::linear("dJ/duᵢ [rad²/N]"),
         series: vec![
             Series::over(&times, &gradients.complex_step, "complex step", colour::RED, Style::Circles),
             with_kink(Series::over(&times, &gradients.adjoint, "adjoint", colour::BLUE, Style::Line), 0),
@@ -27,12 +27,12 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         ..Chart::default()
     };
     let below = Chart {
-        x: Axis::linear("time t_i [s]"),
+        x: Axis::linear("time tᵢ [s]"),
         y: Axis::log("|difference| [rad²/N]", 1e-20),
         series: vec![Series::over(&times, &gradients.differences(), "|difference|", colour::BLACK, Style::Line)],
         ..above.clone()
     };
-    Panels { charts: vec![above, below], columns: 1 }.save(stem)?;
+    Panels::new(vec![above, below], 1).save(stem)?;
     Ok(claims(gradients, &times))
 }
 

@@ -14,6 +14,11 @@ use crate::plot::{Colour, Point, Series, Side, Style};
 /// Width and height of the cart in link lengths; the paper gives neither.
 const CART: (f64, f64) = (0.5, 0.25);
 
+/// A cost as figures and the table give it; all its digits are in summary.json.
+fn rounded(cost: f64) -> String {
+    if cost < 1e-3 { format!("{cost:.1e}") } else { format!("{cost:.3}") }
+}
+
 /// A series over the nodes that says, beside one of its points, why its first one stands apart.
 fn with_kink(series: Series, beside: usize) -> Series {
     let at = series.points[beside];

@@ -39,7 +39,7 @@ pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
 
 /// Two side by side; without any there is no figure.
 fn save(charts: Vec<Chart>, stem: &Path) -> Result<(), Error> {
-    if charts.is_empty() { Ok(()) } else { Panels { charts, columns: 2 }.save(stem) }
+    if charts.is_empty() { Ok(()) } else { Panels::new(charts, 2).save(stem) }
 }
 
 /// The force on its way from the start to the best one found: at five iterations, about twice as many from each to the next.
@@ -114,7 +114,7 @@ pub fn residuals(residuals: &[f64], times: &[f64], folder: &Path) -> Result<(), 
         series: series.collect(),
         ..Chart::default()
     };
-    Panels { charts: vec![chart], columns: 1 }.save(&folder.join("optimise_residuals"))
+    Panels::new(vec![chart], 1).save(&folder.join("optimise_residuals"))
 }
 
 #[cfg(test)]

@@ -6,12 +6,12 @@ use plotters::backend::SVGBackend;
 use plotters::chart::{ChartBuilder, DualCoordChartContext, SeriesLabelPosition};
 use plotters::coord::cartesian::Cartesian2d;
 use plotters::element::PathElement;
-use plotters::style::{BLACK, Color, FontStyle, RGBColor, WHITE};
+use plotters::style::{BLACK, Color, FontStyle, IntoTextStyle, RGBColor, WHITE};
 
-use super::page::{self, Area, LARGE, SMALL, font, pen, units};
+use super::page::{self, Area, LARGE, SMALL, font, pen, points, units};
 use super::ruler::Ruler;
 use super::series::{SAMPLE, Series};
-use super::{Axis, Point, csv};
+use super::{Axis, Caption, Point, csv};
 use crate::error::Error;
 
 /// A chart of series.
@@ -19,8 +19,8 @@ use crate::error::Error;
 pub struct Chart {
     /// Over the chart, if not empty.
     pub title: String,
-    /// Under the page, if not empty; of several panels that of the first.
-    pub caption: String,
+    /// Of several panels that of the first counts.
+    pub caption: Caption,
     pub x: Axis,
     pub y: Axis,
     /// A second vertical axis on the right.
@@ -38,7 +38,7 @@ impl Default for Chart {
     fn default() -> Self {
         Self {
             title: String::new(),
-            caption: String::new(),
+            caption: Caption::default(),
             x: Axis::default(),
             y: Axis::default(),
             right: None,
@@ -53,7 +53,9 @@ impl Default for Chart {
 /// Charts of one size in a grid, row by row.
 pub struct Panels {
     pub charts: Vec<Chart>,
-    pub columns: usize,
+    columns: usize,
+    /// The legend above the grid.
+    legend: Vec<Series>,
 }
 
 /// What axes are drawn around: with one vertical coordinate for the left and one for the right.
@@ -89,11 +91,11 @@ impl Chart {
         self
     }
 
-    /// The data of each series, under its name and the label of its axis.
+    /// The data of each series under its name and unit.
     fn columns(&self) -> Vec<(String, &[Point])> {
         let named = |series: &Series| {
             let right = self.right.as_ref().filter(|_| series.right_axis);
-            format!("{}: {}", series.name, right.unwrap_or(&self.y).label)
+            heading(&series.name, &right.unwrap_or(&self.y).label)
         };
         let with_data = self.series.iter().filter(|series| !series.points.is_empty());
         with_data.map(|series| (named(series), series.points.as_slice())).collect()
@@ -204,11 +206,41 @@ impl Chart {
     }
 
     fn names(&self) -> usize {
-        self.series.iter().filter(|series| series.listed).count()
+        self.listed().count()
+    }
+
+    fn listed(&self) -> impl Iterator<Item = &Series> {
+        self.series.iter().filter(|series| series.listed)
+    }
+}
+
+/// Heading of a column: the name of the series, and the label of its axis unless that repeats the name or the name has a unit.
+fn heading(name: &str, label: &str) -> String {
+    let name = name.trim_end_matches(" (left axis)").trim_end_matches(" (right axis)");
+    let label = label.split_inclusive(']').next().unwrap_or(label);
+    if name.contains('[') {
+        name.to_owned()
+    } else if label.starts_with(name) {
+        label.to_owned()
+    } else {
+        format!("{name}: {label}")
     }
 }
 
 impl Panels {
+    /// Charts in so many columns; the legend that all of them have in common stands once, above them.
+    pub fn new(mut charts: Vec<Chart>, columns: usize) -> Self {
+        let mut legend: Vec<Series> = charts.first().into_iter().flat_map(Chart::listed).cloned().collect();
+        let same =
+            |chart: &Chart| chart.names() == legend.len() && chart.listed().zip(&legend).all(|(a, b)| a.looks_like(b));
+        if charts.len() < 2 || legend.len() < 2 || !charts.iter().all(same) {
+            legend.clear();
+        } else {
+            charts.iter_mut().flat_map(|chart| &mut chart.series).for_each(|series| series.listed = false);
+        }
+        Panels { charts, columns: columns.max(1), legend }
+    }
+
     /// Writes `<stem>.svg`, `<stem>.png` and, in long form, `<stem>.csv`.
     pub fn save(&self, stem: &Path) -> Result<(), Error> {
         // Panels above others have no label of their own.
@@ -233,14 +265,34 @@ impl Panels {
     }
 
     fn save_with(&self, stem: &Path, header: &[&str], data: impl Iterator<Item = String>) -> Result<(), Error> {
-        let (columns, rows) = (self.columns.max(1), self.charts.len().div_ceil(self.columns.max(1)).max(1));
+        let (columns, rows) = (self.columns, self.charts.len().div_ceil(self.columns).max(1));
         let (width, height) = self.charts.first().map_or((0.0, 0.0), |chart| chart.size);
         let csv: String = std::iter::once(csv::line(header)).chain(data).collect();
-        let caption = self.charts.first().map_or("", |chart| &chart.caption);
-        page::save(stem, (columns as f64 * width, rows as f64 * height), caption, &csv, |area| {
-            let cells = area.split_evenly((rows, columns));
+        let caption = self.charts.first().map_or_else(Caption::default, |chart| chart.caption.clone());
+        let above = if self.legend.is_empty() { 0.0 } else { 2.0 * MARGIN };
+        let size = (columns as f64 * width, above + rows as f64 * height);
+        page::save(stem, size, &caption, &csv, |area| {
+            let (strip, grid) = area.split_vertically(units(above));
+            self.draw_legend(&strip, [size.0, above])?;
+            let cells = grid.split_evenly((rows, columns));
             self.charts.iter().zip(&cells).try_for_each(|(chart, cell)| chart.draw(cell))
         })
+    }
+
+    /// The common legend in one line, in the middle: a chart without axes whose unit is the point.
+    fn draw_legend(&self, strip: &Area, [width, height]: [f64; 2]) -> Result<(), Error> {
+        let style = font(SMALL + 1.0, FontStyle::Normal).into_text_style(strip);
+        let length = |series: &Series| Ok(SAMPLE + 6.0 + points(strip.estimate_text_size(&series.name, &style)?.0));
+        let lengths = self.legend.iter().map(length).collect::<Result<Vec<f64>, Error>>()?;
+        let gaps = SAMPLE * lengths.len().saturating_sub(1) as f64;
+        let mut left = 0.5 * (width - lengths.iter().sum::<f64>() - gaps);
+        let series = self.legend.iter().zip(&lengths).flat_map(|(series, length)| {
+            let sample = series.sample((left, 0.5 * height));
+            left += length + SAMPLE;
+            sample
+        });
+        let axis = |length| Axis { range: Some((0.0, length)), ..Axis::default() };
+        Chart { series: series.collect(), framed: false, x: axis(width), y: axis(height), ..Chart::default() }.draw(strip)
     }
 
     /// The charts, one without a title being called by its number.
@@ -249,5 +301,22 @@ impl Panels {
             let name = if chart.title.is_empty() { number.to_string() } else { chart.title.clone() };
             (name, chart)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::heading;
+
+    #[test]
+    fn columns_repeat_neither_names_nor_labels() {
+        for (name, label, expected) in [
+            ("cost J (left axis)", "cost J [rad²], linear scale", "cost J [rad²]"),
+            ("position ‖Φ‖∞ [m, rad]", "largest violation of any constraint equation", "position ‖Φ‖∞ [m, rad]"),
+            ("iteration 5", "force on the cart F [N]", "iteration 5: force on the cart F [N]"),
+            ("order 2", "relative error", "order 2: relative error"),
+        ] {
+            assert_eq!(heading(name, label), expected);
+        }
     }
 }

@@ -1,8 +1,11 @@
-//! Figures of the report: each is drawn to `<stem>.svg` and `<stem>.png`, its data written to `<stem>.csv`.
+//! Figures of the report: each is drawn to `<stem>.svg`, with the feature `png` also to `<stem>.png`, its data written to
+//! `<stem>.csv` and its caption, if it has one, to `<stem>.txt`.
 
 mod chart;
 mod csv;
 mod page;
+#[cfg(feature = "png")]
+mod png;
 mod ruler;
 mod series;
 
@@ -13,9 +16,16 @@ pub use plotters::style::text_anchor::HPos as Side;
 pub use ruler::Axis;
 pub use series::{Series, Style};
 
-/// A small number in one digit, as it is set in print: 10⁻⁴.
-pub fn scientific(value: f64) -> String {
-    ruler::scientific(&format!("{value:.0e}"))
+/// A number with an exponent, as it is set in print: 1.6·10⁻⁴ for `1.6e-4`.
+pub fn scientific(number: &str) -> String {
+    ruler::scientific(number)
+}
+
+/// The words about a figure: they are the SVG's description and a text file beside it, and stand below the picture if they are shown.
+#[derive(Clone, Debug, Default)]
+pub struct Caption {
+    pub text: String,
+    pub shown: bool,
 }
 
 /// A point of the data, x to the right and y up.
@@ -60,7 +70,9 @@ mod tests {
             for y in [Axis::default(), Axis::log("‖Φ‖ [m]", 1e-16)] {
                 let series = vec![series("a < b", Style::LineAndCircles), series("dashed", Style::Dashed)];
                 let chart = Chart { y, series, ..Chart::default() };
-                Panels { charts: vec![chart; 3], columns: 2 }.save(&stem).unwrap();
+                Panels::new(vec![chart; 3], 2).save(&stem).unwrap();
+                assert!(read(&stem, "svg").starts_with(b"<svg"));
+                #[cfg(feature = "png")]
                 assert!(read(&stem, "png").starts_with(b"\x89PNG"));
             }
         }
@@ -78,11 +90,11 @@ mod tests {
         let series = vec![link, far, arrow, ground];
         let (title, x, y) = ("t = 0 s".to_owned(), Axis::linear("x [m]"), Axis::linear("y [m]"));
         let chart = Chart { title, x, y, series, ..Chart::default() };
-        Panels { charts: vec![chart; 3], columns: 2 }.save_shapes(&stem).unwrap();
+        Panels::new(vec![chart; 3], 2).save_shapes(&stem).unwrap();
         let svg = String::from_utf8(read(&stem, "svg")).unwrap();
         assert!(["t = 0 s", "F(t)", "x [m]"].iter().all(|words| svg.contains(words)));
         assert!(String::from_utf8(read(&stem, "csv")).unwrap().contains("\nt = 0 s,1,shape,9.0,9.0\n"));
-        Panels { charts: Vec::new(), columns: 1 }.save_shapes(&stem).unwrap();
+        Panels::new(Vec::new(), 1).save_shapes(&stem).unwrap();
         std::fs::remove_dir_all(stem.parent().unwrap()).unwrap();
     }
 
@@ -95,6 +107,41 @@ mod tests {
         assert_eq!(chart.size, (422.0, 214.0));
     }
 
+    #[test]
+    fn captions_are_the_description_and_are_drawn_where_asked() {
+        let stem = stem("caption");
+        let text = "Fig. 1: a < b & c.\nAssumed: nothing.".to_owned();
+        let heights = [false, true].map(|shown| {
+            let caption = Caption { text: text.clone(), shown };
+            Chart { caption, ..Chart::default() }.save(&stem).unwrap();
+            assert_eq!(read(&stem, "txt"), format!("{text}\n").into_bytes());
+            let svg = String::from_utf8(read(&stem, "svg")).unwrap();
+            assert!(svg.contains(
+                "<title>Fig. 1: a &lt; b &amp; c.</title>\n<desc>Fig. 1: a &lt; b &amp; c.\nAssumed: nothing.</desc>"
+            ));
+            assert_eq!(svg.matches("Assumed").count(), if shown { 2 } else { 1 });
+            svg.split('"').nth(3).unwrap().parse::<f64>().unwrap()
+        });
+        assert_eq!(heights, [450.0, 494.0]);
+        std::fs::remove_dir_all(stem.parent().unwrap()).unwrap();
+    }
+
+    #[test]
+    fn panels_have_one_legend_if_it_is_the_same() {
+        let stem = stem("legend");
+        let chart = |names: [&str; 2]| {
+            let series = names.map(|name| Series::new(name, vec![(0.0, 0.0), (1.0, 1.0)], colour::RED, Style::Line));
+            Chart { series: series.to_vec(), ..Chart::default() }
+        };
+        for (second, count) in [(["a1", "b1"], 1), (["a1", "c1"], 2)] {
+            Panels::new(vec![chart(["a1", "b1"]), chart(second)], 2).save(&stem).unwrap();
+            let svg = String::from_utf8(read(&stem, "svg")).unwrap();
+            assert_eq!(svg.matches("\na1\n").count(), count, "{svg}");
+        }
+        std::fs::remove_dir_all(stem.parent().unwrap()).unwrap();
+    }
+
+    #[cfg(feature = "png")]
     #[test]
     fn text_is_drawn_without_the_fonts_of_the_system() {
         let stem = stem("text");

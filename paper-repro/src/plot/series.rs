@@ -138,6 +138,23 @@ impl Series {
         };
     }
 
+    /// A sample of it with its name beside it, at so many points from the left and from below.
+    pub(super) fn sample(&self, (left, above): Point) -> [Series; 2] {
+        let right = left + SAMPLE;
+        let points = match self.style {
+            Style::Circles | Style::Crosses => vec![(0.5 * (left + right), above)],
+            _ => vec![(left, above), (right, above)],
+        };
+        let words = Series::shape("text", Vec::new(), colour::BLACK, Style::Line, 0.0);
+        let words = words.noted(&self.name, (right, above), (6.0, 0.0), HPos::Left);
+        [Series { points, listed: false, ..self.clone() }, words]
+    }
+
+    /// Whether a legend shows another series alike.
+    pub(super) fn looks_like(&self, other: &Series) -> bool {
+        (&self.name, self.colour, self.style) == (&other.name, other.colour, other.style)
+    }
+
     /// The line, if the style has one.
     fn stroke<'a>(&self, line: Vec<Point>) -> Element<'a> {
         let style = pen(self.colour, self.width);

@@ -36,7 +36,7 @@ pub fn draw(curves: &[Curve], folder: &Path) -> Result<(), Error> {
             size: PANEL,
             ..Chart::default()
         });
-        Panels { charts: charts.to_vec(), columns: 3 }.save(&folder.join(name))?;
+        Panels::new(charts.to_vec(), 3).save(&folder.join(name))?;
     }
     Ok(())
 }

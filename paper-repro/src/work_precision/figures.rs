@@ -64,7 +64,7 @@ fn side_by_side(charts: [Chart; 2], x: &str) -> Panels {
     let values = charts.iter().flat_map(|chart| &chart.series).flat_map(|it| &it.points).map(|it| it.0);
     let axis = Axis { range: Some(stretch(values)), ..Axis::log(x, 0.0) };
     let charts = charts.map(|chart| Chart { x: axis.clone(), ..chart });
-    Panels { charts: charts.to_vec(), columns: 2 }
+    Panels::new(charts.to_vec(), 2)
 }
 
 /// From the least to the greatest value with some room on a logarithmic axis.
@@ -100,5 +100,5 @@ fn methods(measured: &Methods) -> Panels {
         series: best.chain(points).collect(),
         ..over_size.clone()
     };
-    Panels { charts: vec![over_size, over_cost], columns: 2 }
+    Panels::new(vec![over_size, over_cost], 2)
 }
