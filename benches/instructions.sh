@@ -5,15 +5,13 @@
 #   instructions.sh check     and fails where one is more than 1 % above
 #   instructions.sh record    records them
 #
-# They belong to a compiler and to a number of codegen units (CARGO_PROFILE_RELEASE_CODEGEN_UNITS, as Cargo.toml has it if that is not set). Others
-# are printed and not compared. PROGRAMS names a folder of examples that are built already.
+# They belong to a compiler; those of another are printed and not compared. PROGRAMS names a folder of examples that are built already.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 repository=$(cd "$here/.." && pwd)
 mode=${1:-print}
 recorded=$here/instructions.txt
 steps=100
-units=${CARGO_PROFILE_RELEASE_CODEGEN_UNITS:-$(sed -n '/^\[profile.release\]/,/^\[/s/^codegen-units = //p' "$repository/Cargo.toml")}
 compiler=$(rustc --version)
 
 command -v valgrind >/dev/null || { echo "error: valgrind is not installed (Debian: valgrind)" >&2; exit 2; }
@@ -32,7 +30,7 @@ total() {
 count() { echo $((($(total 8 "$@") - $(total 3 "$@")) / (5 * steps))); }
 
 failed=0
-fresh="# instructions a step of value and gradient: codegen units, workload, count; benches/instructions.sh record
+fresh="# instructions a step of value and gradient: workload, count; benches/instructions.sh record
 # $compiler, $(uname -m)"
 compared=0
 grep -qxF "# $compiler, $(uname -m)" "$recorded" 2>/dev/null && compared=1
@@ -43,13 +41,13 @@ row() {
     local name=$1 now before note=
     shift
     now=$(count "$@")
-    before=$(awk -v units="$units" -v name="$name" '$1 == units && $2 == name { print $3 }' "$recorded" 2>/dev/null || true)
+    before=$(awk -v name="$name" '$1 == name { print $2 }' "$recorded" 2>/dev/null || true)
     if [ "$compared" = 1 ] && [ -n "$before" ] && [ $((now * 100)) -gt $((before * 101)) ]; then
         note="  MORE by $(awk -v now="$now" -v before="$before" 'BEGIN { printf "%.1f", 100 * (now / before - 1) }') %"
         failed=1
     fi
     printf '%-10s %8d   recorded %8s%s\n' "$name" "$now" "${before:-none}" "$note"
-    fresh+=$'\n'"$units $name $now"
+    fresh+=$'\n'"$name $now"
 }
 
 row cart-3 "$programs/cart_pendulum" --links 3 --dt 0.02
@@ -58,10 +56,6 @@ row cart-30 "$programs/cart_pendulum" --links 30 --dt 0.01
 row arm "$programs/arm"
 
 case $mode in
-record)
-    # Those of other numbers of codegen units stay, if they are of this compiler.
-    others=$([ "$compared" = 1 ] && awk -v units="$units" '!/^#/ && $1 != units' "$recorded" || true)
-    printf '%s\n' "$fresh" ${others:+"$others"} >"$recorded"
-    ;;
+record) printf '%s\n' "$fresh" >"$recorded" ;;
 check) exit "$failed" ;;
 esac
