@@ -77,6 +77,8 @@
 //! | h, S | [`Cost`] with [`Sum::Plain`], [`Sum::Terminal`] | n, m, k | [`System::n`], [`System::m`], [`System::k`] |
 //!
 //! A derivative is a suffix, `_q`. Units are SI: m, rad, s, kg, N; σ and p* are in N s (N m s for angles).
+#![cfg_attr(docsrs, feature(doc_cfg))]
+
 mod adjoint;
 mod animation;
 pub mod check;

@@ -117,6 +117,7 @@ pub struct PaperGradient {
 }
 
 /// The discrete system of one motion in the paper's unknowns.
+#[derive(Debug)]
 pub struct PaperSystem<'a> {
     pub(crate) system: &'a System,
     pub(crate) inputs: &'a Inputs,

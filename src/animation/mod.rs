@@ -39,6 +39,7 @@ const MOST_PLOTS: usize = 4;
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 #[derive(Clone, Debug)]
+#[must_use = "an animation shows nothing until it is written"]
 pub struct Animation {
     title: String,
     /// The nodes that are shown, their times, s, and their coordinates.

@@ -15,6 +15,7 @@ use crate::motion::check_size;
 const TITLE: &str = "function";
 
 /// The Jacobian of a function to be checked; made by [`function`].
+#[must_use = "a check does nothing until it is run"]
 pub struct FunctionCheck<'a, F> {
     function: &'a F,
     inputs: Vec<String>,

@@ -39,8 +39,10 @@ const LEAST_BYTES: usize = 10_000_000;
 /// report.assert_passed();
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
+#[derive(Debug)]
 pub struct Pipe(Mutex<Talk>);
 
+#[derive(Debug)]
 struct Talk {
     program: Child,
     questions: Option<ChildStdin>,

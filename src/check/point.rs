@@ -70,12 +70,14 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
     }
 
     /// The same with other coordinates.
+    #[must_use]
     pub fn with_q(mut self, q: [f64; N]) -> Self {
         self.q = q.into();
         self
     }
 
     /// The same with other velocities.
+    #[must_use]
     pub fn with_v(mut self, v: [f64; N]) -> Self {
         self.v = v.into();
         self

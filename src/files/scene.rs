@@ -14,6 +14,7 @@ const FORMAT: &str = "hamiltonian-adjoint scene";
 const VERSION: u32 = 1;
 
 /// A scene read from a file, with the names of parts that the file could not contain.
+#[derive(Debug)]
 pub struct SceneFile {
     /// The scene with its ready-made parts; find handles by name ([`Scene::coordinate_named`], [`Scene::output_named`] and similar).
     pub scene: Scene,

@@ -52,6 +52,7 @@ impl Start {
     }
 
     /// Holds coordinates and their velocities in an assembled start; other starts keep all values anyway.
+    #[must_use]
     pub fn hold(mut self, coordinates: &[Coordinate]) -> Self {
         if let Start::Assembled { held, .. } = &mut self {
             held.coordinates.extend_from_slice(coordinates);

@@ -30,6 +30,7 @@ pub enum Quantity {
 
 /// A free quantity with its bounds, scale and form.
 #[derive(Clone, Debug, PartialEq)]
+#[must_use]
 pub struct Free {
     /// What it is.
     pub quantity: Quantity,

@@ -10,6 +10,7 @@ use crate::{Error, Inputs, Output, Settings, Solver, System, Warning};
 
 /// minimise J subject to what outputs must be: equal to zero, unless something else is said; of those of an
 /// [`EndState`](crate::EndState) nothing is asked. Of a scene without costs J is 0, and any point where outputs are what they must be a minimum.
+#[derive(Debug)]
 pub struct MotionProblem<'s> {
     /// The solver, with the motion of the point that was evaluated last.
     pub solver: Solver<'s>,
@@ -25,7 +26,7 @@ pub struct MotionProblem<'s> {
 }
 
 /// Variables, and the inputs that they give.
-#[derive(Clone)]
+#[derive(Clone, Debug)]
 struct Point {
     x: Vec<f64>,
     inputs: Inputs,

@@ -50,6 +50,7 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 /// assert!(best.reason.is_converged() && best.violation < 1e-9);
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
+#[derive(Debug)]
 pub struct MultipleShooting<'s> {
     segments: Vec<Segment<'s>>,
     /// What is free of the whole motion: the first variables; then those of the states at the cuts.

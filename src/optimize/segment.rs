@@ -9,6 +9,7 @@ use super::variables::Variables;
 use crate::{EndState, Error, Held, Inputs, Settings, Start, System};
 
 /// Its problem, and its place in the whole.
+#[derive(Debug)]
 pub(super) struct Segment<'s> {
     pub(super) motion: MotionProblem<'s>,
     /// The nodes with which it begins and ends.

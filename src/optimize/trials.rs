@@ -10,6 +10,7 @@ use crate::{Error, Warning};
 /// The sum of the costs of several motions, and all their outputs one after the other: trials of one experiment, with other starts, forces or lengths.
 ///
 /// The variables of all must mean the same, and are within the bounds of all; names are those of the first.
+#[derive(Debug)]
 pub struct Trials<'s> {
     motions: Vec<MotionProblem<'s>>,
     /// Whether the last gradient asked anything of each: what does not has no product either.

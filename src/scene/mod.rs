@@ -10,6 +10,7 @@ pub mod scenes;
 
 use std::any::TypeId;
 use std::ops::Range;
+use std::sync::Arc;
 
 use nalgebra::SVector;
 
@@ -60,6 +61,13 @@ pub struct Scene {
     recipe: Recipe,
     /// The first thing found wrong, reported by `compile`.
     problem: Option<Error>,
+}
+
+impl std::fmt::Debug for Scene {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (coordinates, elements) = (&self.parts.coordinates, &self.elements);
+        f.debug_struct("Scene").field("coordinates", coordinates).field("elements", elements).finish_non_exhaustive()
+    }
 }
 
 impl Scene {
@@ -255,7 +263,7 @@ impl Scene {
         u: &[Control],
         b: &[Param],
     ) {
-        self.add(name, (TypeId::of::<T>(), &[], Box::new(formula)), (q, sigma), u, b);
+        self.add(name, (TypeId::of::<T>(), &[], Arc::new(formula)), (q, sigma), u, b);
     }
 
     /// Adds an element of which only some coordinates are there, by its own numbers.
@@ -268,15 +276,15 @@ impl Scene {
         u: &[Control],
         b: &[Param],
     ) {
-        let (is_whole, formula): (bool, Box<dyn AnyElement>) = (there.len() == formula.shape().n, Box::new(formula));
-        let formula = if is_whole { formula } else { Box::new(Restricted { inner: formula, there }) };
+        let (is_whole, formula): (bool, Arc<dyn AnyElement>) = (there.len() == formula.shape().n, Arc::new(formula));
+        let formula = if is_whole { formula } else { Arc::new(Restricted { inner: formula, there }) };
         self.add(name, (TypeId::of::<T>(), if is_whole { &[] } else { there }, formula), on, u, b);
     }
 
     fn add(
         &mut self,
         name: &str,
-        (of, there, formula): (TypeId, &'static [usize], Box<dyn AnyElement>),
+        (of, there, formula): (TypeId, &'static [usize], Arc<dyn AnyElement>),
         (q, sigma): (&[Coordinate], Range<usize>),
         u: &[Control],
         b: &[Param],

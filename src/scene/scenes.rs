@@ -65,6 +65,7 @@ impl Default for CartPendulum {
 }
 
 /// The scene of a [`CartPendulum`] and its parts.
+#[derive(Debug)]
 pub struct CartScene {
     /// The scene, without a cost.
     pub scene: Scene,

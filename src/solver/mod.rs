@@ -52,6 +52,12 @@ pub struct Solver<'s> {
     products: Option<Box<SecondOrderSweep>>,
 }
 
+impl std::fmt::Debug for Solver<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Solver").field("system", self.system).field("settings", &self.settings).finish_non_exhaustive()
+    }
+}
+
 impl<'s> Solver<'s> {
     /// A solver for a system.
     pub fn new(system: &'s System, settings: Settings) -> Self {

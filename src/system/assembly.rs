@@ -16,7 +16,7 @@ use crate::number::larger;
 use crate::program::{Lanes, Places};
 
 /// Elements of one formula whose derivatives vary along a motion.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Group {
     elements: Vec<usize>,
     state: Lanes,
@@ -25,7 +25,7 @@ struct Group {
 }
 
 /// Elements of one formula with derivatives with respect to inputs.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct InputGroup {
     elements: Vec<usize>,
     inputs: Lanes,
@@ -34,14 +34,14 @@ struct InputGroup {
 }
 
 /// Elements of one formula that may bend within a step.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct BendingGroup {
     elements: Vec<usize>,
     along: Lanes,
 }
 
 /// All elements that are evaluated at every point.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Assembly {
     layout: Layout,
     groups: Vec<Group>,

@@ -144,6 +144,7 @@ pub struct Within {
 }
 
 /// All elements of one type.
+#[derive(Clone)]
 pub struct Batch {
     /// The type, and which coordinates are there if not all are.
     pub of: (TypeId, &'static [usize]),

@@ -18,6 +18,7 @@ pub enum Of {
 }
 
 /// Its arguments: for each the list it is of, and its place in the numbering of the scene.
+#[derive(Clone)]
 pub struct CostShape {
     n: usize,
     m: usize,

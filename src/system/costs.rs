@@ -17,7 +17,7 @@ use crate::model::element::Sum;
 use crate::number::Fingerprint;
 
 /// All costs of a scene.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct Costs {
     items: Vec<PlacedCost>,
     /// Those that may count anywhere, by the output that they belong to: of many outputs, only those need to be looked at that are asked for.

@@ -87,7 +87,7 @@ impl Recordings {
 }
 
 /// The formulas of a scene: its elements, and those that are evaluated at every point.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Formulas {
     pub elements: Vec<Element>,
     pub assembly: Assembly,

@@ -16,9 +16,10 @@ use crate::number::{Fingerprint, Hyper, Slope, hyper, hyper_parts, slope};
 use crate::program::{Obstacle, Symbol, Template, record, record_branch};
 
 /// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
+#[derive(Clone)]
 pub struct PlacedElement {
     pub name: String,
-    pub formula: Box<dyn AnyElement>,
+    pub formula: Arc<dyn AnyElement>,
     pub q: Vec<usize>,
     /// Its constraint equations.
     pub sigma: Vec<usize>,

@@ -109,6 +109,7 @@ const ROUNDED: f64 = 8.0 * f64::EPSILON;
 /// A compiled mechanism: n coordinates, m constraint equations, k controls.
 ///
 /// It is immutable and can be shared between threads; [`Solver`](crate::Solver) contains the data of a run.
+#[derive(Clone)]
 pub struct System {
     n: usize,
     m: usize,

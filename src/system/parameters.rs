@@ -12,6 +12,7 @@ use crate::model::Param;
 use crate::program::{Graph, Node};
 use crate::{Error, Scalar};
 
+#[derive(Clone)]
 pub(crate) struct Parameters {
     designs: usize,
     /// The expressions that occur, as nodes of the graph, and where each stands among them.

@@ -1,5 +1,7 @@
 //! [`PlacedCost`]: one cost, its program, and its value and derivatives at a node.
 
+use std::sync::Arc;
+
 use num_dual::{Dual64, DualSVec64};
 
 use super::argument::{Argument, to_blame};
@@ -22,11 +24,12 @@ use crate::program::{Obstacle, Symbol, Template, record, record_branch};
 const FEW: usize = 32;
 
 /// One cost and what it is connected to.
+#[derive(Clone)]
 pub struct PlacedCost {
     pub name: String,
     /// 0 for J, or 1 + the number of the output.
     pub(super) output: usize,
-    pub(super) cost: Box<dyn AnyCost>,
+    pub(super) cost: Arc<dyn AnyCost>,
     pub(super) sum: Sum,
     pub(super) shape: CostShape,
     pub(super) b: Vec<Param>,
@@ -40,7 +43,7 @@ pub struct PlacedCost {
 
 impl PlacedCost {
     pub fn new((name, output): (&str, usize), (cost, sum): (impl ListCost, Sum), shape: CostShape, b: Vec<Param>) -> Self {
-        let (name, cost, uses) = (name.to_string(), Box::new(cost), CostUse::UNKNOWN);
+        let (name, cost, uses) = (name.to_string(), Arc::new(cost), CostUse::UNKNOWN);
         PlacedCost { name, output, cost, sum, shape, b, formula: None, obstacle: None, uses, depends: None }
     }
 

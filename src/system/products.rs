@@ -70,7 +70,7 @@ impl Block {
 }
 
 /// Values of one block, and where they stand in the scene's numbering.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Products {
     /// Their block, and whether they are mirrored.
     like: BlockEntry,
@@ -78,7 +78,7 @@ pub struct Products {
     at: At,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum At {
     /// Row and column, of one entry of like elements.
     Strided([StridedDifference; 2]),

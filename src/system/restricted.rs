@@ -2,6 +2,8 @@
 //!
 //! It is the same formula, and nothing more is compiled for it.
 
+use std::sync::Arc;
+
 use super::formula::Component;
 use super::jet::{ElementKind, Number};
 use super::shape::Shape;
@@ -14,7 +16,7 @@ const ROOM: usize = ElementKind::Holonomic.length(6, EQUATIONS);
 
 /// An element and the coordinates that are there, by its own numbers.
 pub struct Restricted {
-    pub inner: Box<dyn AnyElement>,
+    pub inner: Arc<dyn AnyElement>,
     pub there: &'static [usize],
 }
 

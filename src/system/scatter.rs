@@ -14,7 +14,7 @@ use crate::number::by_fours;
 const FEW: usize = 4;
 
 /// Numbers that are added together: of each element, one or more of its values.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Scatter {
     block: Block,
     sign: f64,

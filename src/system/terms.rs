@@ -25,6 +25,7 @@ pub struct Term<'a> {
 }
 
 /// What is known of all of them.
+#[derive(Clone)]
 pub struct Terms {
     /// Whether J, the first, and the outputs have a term before the last node.
     running: Vec<bool>,

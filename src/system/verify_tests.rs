@@ -1,6 +1,7 @@
 //! Programs of thousands of random formulas, and of all functions, against num-dual on the same formulas.
 
 use nalgebra::SVector;
+use std::sync::Arc;
 
 use super::batch::Covector;
 use super::block::Block;
@@ -128,10 +129,10 @@ where
     J: Jet<N, M, K, P>,
 {
     let n = if there.is_empty() { N } else { there.len() };
-    let typed = Box::new(Typed::<J, N, M, K, P>(jet));
+    let typed = Arc::new(Typed::<J, N, M, K, P>(jet));
     PlacedElement {
         name: name.to_string(),
-        formula: if there.is_empty() { typed } else { Box::new(Restricted { inner: typed, there }) },
+        formula: if there.is_empty() { typed } else { Arc::new(Restricted { inner: typed, there }) },
         q: (0..n).collect(),
         sigma: (0..M).collect(),
         u: (0..K).collect(),

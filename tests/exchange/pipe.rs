@@ -79,5 +79,5 @@ fn programs_that_fail_are_told_of() {
     assert_says(&problem(shell("while read line; do echo '[[1,null],[0,1]]'; done")), &["no matrix of numbers"]);
     let endless = shell("read line; yes | tr -d '\\n'");
     assert_says(&problem(endless), &["question 1", "more than 10000000 bytes"]);
-    assert_says(&Pipe::new(&mut Command::new("no such program")).err().expect("none"), &["does not start"]);
+    assert_says(&Pipe::new(&mut Command::new("no such program")).expect_err("none"), &["does not start"]);
 }

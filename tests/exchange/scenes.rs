@@ -236,7 +236,7 @@ fn a_long_sum_is_written_or_named() {
 #[test]
 fn what_is_wrong_in_a_scene_is_named_with_its_place() {
     let json = everything().to_json().expect("a file");
-    let read = |json: &str| SceneFile::from_json(json).err().expect("a wrong file");
+    let read = |json: &str| SceneFile::from_json(json).expect_err("a wrong file");
     let change = |from: &str, to: &str| {
         assert!(json.contains(from), "{from}");
         read(&json.replacen(from, to, 1))

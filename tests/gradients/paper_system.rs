@@ -46,7 +46,7 @@ fn inputs_that_the_motion_does_not_belong_to_are_refused() {
     let mut solver = Solver::new(&system, Settings { max_iterations: 4, ..Settings::default() });
     let motion = solver.simulate(&inputs).expect("motion").clone();
     assert!(!motion.inserted.is_empty());
-    let error = PaperSystem::new(&system, &inputs, &motion).err().expect("halved steps");
+    let error = PaperSystem::new(&system, &inputs, &motion).expect_err("halved steps");
     assert!(matches!(error, Error::Size { found: 5, .. }), "{error:?}");
     assert!(error.to_string().contains("`Solver::inputs`"), "{error}");
     assert!(PaperSystem::new(&system, solver.inputs(), &motion).is_ok());

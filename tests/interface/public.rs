@@ -4,9 +4,10 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use hamiltonian_adjoint::check::{self, Input, Part};
+use hamiltonian_adjoint::optimize::{MotionProblem, MultipleShooting};
 use hamiltonian_adjoint::paper_system::{Equation, PaperSystem, Variable};
 use hamiltonian_adjoint::planar::{Body, Frame};
-use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::scenes::{CartPendulum, CartScene};
 use hamiltonian_adjoint::{
     Compliance, Composition, Control, Coordinate, Cx, Design, Error, Grid, Inputs, KineticEnergy, LiftedSolver, LongSolver,
     Param, Scalar, Scene, Settings, Solver, Start, System, Trajectory, gradient, gradients, simulate,
@@ -511,4 +512,30 @@ fn guides_link_to_each_other_by_labels() {
             assert!(labels.contains(&format!("{label}: ")), "{}: {label} is not defined for docs.rs", page.display());
         }
     }
+}
+
+/// Whatever has state can be printed, and a compiled system can be copied.
+#[test]
+fn public_types_are_debug_and_systems_are_clone() {
+    fn debug<T: std::fmt::Debug>() {}
+    debug::<Scene>();
+    debug::<Solver>();
+    debug::<LongSolver>();
+    debug::<LiftedSolver<Cx>>();
+    debug::<MotionProblem>();
+    debug::<MultipleShooting>();
+    debug::<PaperSystem>();
+    debug::<CartScene>();
+    debug::<check::Pipe>();
+    #[cfg(feature = "files")]
+    debug::<hamiltonian_adjoint::SceneFile>();
+
+    let system = CartPendulum::with_links(1).scene().compile().expect("a scene");
+    let copy = system.clone();
+    drop(system);
+    let inputs = Inputs::at_rest(&copy, Grid::uniform(5, 0.01));
+    let solver = Solver::new(&copy, Settings::default());
+    println!("{:?} {solver:?}", CartPendulum::with_links(1).scene());
+    assert!(format!("{solver:?}").starts_with("Solver { system: System { n: 6, m: 4, k: 1, .. }"));
+    assert!(gradient(&copy, &inputs, Settings::default()).is_ok());
 }

@@ -285,7 +285,7 @@ fn the_papers_system_knows_no_restarts() {
     let inputs = lively(&system, 10, 0.02);
     let mut solver = Solver::new(&system, rebased());
     let motion = solver.simulate(&inputs).expect("motion");
-    let error = PaperSystem::new(&system, &inputs, motion).err().expect("restarts");
+    let error = PaperSystem::new(&system, &inputs, motion).expect_err("restarts");
     assert!(matches!(error, Error::Restarted { node: 3, .. }), "{error:?}");
     assert_says(&error, &["node 3", "rebase_every"]);
 }

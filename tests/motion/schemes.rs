@@ -196,7 +196,7 @@ fn the_paper_s_equations_are_those_of_the_trapezoidal_rule() {
     let system = five_bar(Sum::Plain);
     let inputs = irregular(&system, 3, 0.02);
     let motion = simulate(&system, &inputs, with(Scheme::TR_BDF2)).expect("motion");
-    let error = PaperSystem::new(&system, &inputs, &motion).err().expect("another scheme");
+    let error = PaperSystem::new(&system, &inputs, &motion).expect_err("another scheme");
     assert_eq!(error, Error::Scheme { found: "TR-BDF2" });
     assert_says(&error, &["TR-BDF2", "trapezoidal rule"]);
 }

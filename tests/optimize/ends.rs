@@ -500,7 +500,7 @@ fn variables_belong_to_inputs_with_as_many_nodes() {
     let (system, force) = push(false);
     let [long, short] = [40, 20].map(|steps| Inputs::at_rest(&system, Grid::uniform(steps, 0.1)));
     let variables = Variables::new(&system, &long, vec![Free::control(force)]).expect("free");
-    let error = MotionProblem::new(&system, Settings::default(), short, variables).err().expect("other nodes");
+    let error = MotionProblem::new(&system, Settings::default(), short, variables).expect_err("other nodes");
     assert_says(&error, &["nodes", "expected 41", "found 21"]);
     // The same nodes at other times are those times.
     let variables = Variables::new(&system, &long, vec![Free::duration()]).expect("free");

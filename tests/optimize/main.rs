@@ -834,7 +834,7 @@ fn parameters_are_found_within_their_standard_errors() {
     }
     println!("{within} of {all} parameters within two standard errors");
     assert!((82..=90).contains(&within), "{within} of {all}");
-    let error = Trials::new(Vec::new()).err().expect("no trials");
+    let error = Trials::new(Vec::new()).expect_err("no trials");
     assert_says(&error, &["trials", "at least 1"]);
 
     let (system, free) = pendulum(&[]);
@@ -844,7 +844,7 @@ fn parameters_are_found_within_their_standard_errors() {
         MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a motion")
     };
     let wrong = |free_of_second: &[Free]| {
-        Trials::new(vec![with(free.to_vec()), with(free_of_second.to_vec())]).err().expect("other variables")
+        Trials::new(vec![with(free.to_vec()), with(free_of_second.to_vec())]).expect_err("other variables")
     };
     let [first, second, third] = free.clone();
     assert_says(&wrong(&free[..2]), &["variables of a trial", "3", "2"]);

@@ -194,10 +194,10 @@ fn handles_of_another_scene_are_refused() {
     let variables = Variables::new(&system, &inputs, vec![Free::control(force)]).expect("free");
     let (foreign, ..) = shooting::push();
     let found = MotionProblem::new(&foreign, Settings::default(), inputs.clone(), variables.clone());
-    other_is_named(found.err().expect("another's variables"));
+    other_is_named(found.expect_err("another's variables"));
     let shoot =
         |states| MultipleShooting::new(&system, Settings::default(), inputs.clone(), vec![Free::control(force)], states, 2);
-    assert_says(&shoot(&states).err().expect("another's states"), &["end state", "coordinate 0", "another scene"]);
+    assert_says(&shoot(&states).expect_err("another's states"), &["end state", "coordinate 0", "another scene"]);
     let constrain = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
         let mut problem = MotionProblem::new(&system, Settings::default(), inputs.clone(), variables.clone()).expect("fits");
         problem.constrain(output, Interval::FREE);
@@ -311,8 +311,8 @@ fn states_of_segments_determine_their_starts() {
         let free = vec![Free::control(torque)];
         MultipleShooting::new(&system, Settings::default(), inputs.clone(), free, states, 2)
     };
-    assert_says(&shoot(&[]).err().expect("no states"), &["states", "0", "degrees of freedom"]);
-    assert_says(&shoot(&[states[0], states[0]]).err().expect("one twice"), &["states", "`rod.φ`", "2", "1"]);
+    assert_says(&shoot(&[]).expect_err("no states"), &["states", "0", "degrees of freedom"]);
+    assert_says(&shoot(&[states[0], states[0]]).expect_err("one twice"), &["states", "`rod.φ`", "2", "1"]);
     assert!(shoot(&states).is_ok());
     // A parallelogram that lies flat could leave its branch there, and has one freedom all the same.
     let mut scene = Scene::new();
@@ -361,6 +361,6 @@ fn variables_of_trials_are_within_the_bounds_of_all() {
     };
     let trials = Trials::new(vec![within(-1.0, 4.0), within(-3.0, 2.0)]).expect("something in common");
     assert!(trials.bounds().iter().all(|of| *of == Interval::new(-1.0, 2.0)));
-    let error = Trials::new(vec![within(-1.0, 1.0), within(2.0, 3.0)]).err().expect("nothing in common");
+    let error = Trials::new(vec![within(-1.0, 1.0), within(2.0, 3.0)]).expect_err("nothing in common");
     assert_says(&error, &["`force [0]` in all trials", "lower one is 2", "is 1"]);
 }

@@ -464,7 +464,7 @@ fn segments_of_a_part_begin_where_macro_steps_of_the_whole_end() {
         assert!(cuts.iter().all(begin), "{segments}: {names:?}");
         assert_eq!(names.iter().filter(|name| name.starts_with("cart.x at")).count(), segments - 1);
     }
-    assert_says(&shooting(5).err().expect("too many"), &["number of segments is 5", "(macro) steps"]);
+    assert_says(&shooting(5).expect_err("too many"), &["number of segments is 5", "(macro) steps"]);
 }
 
 #[test]
@@ -485,8 +485,7 @@ fn what_segments_cannot_do_with_is_named() {
         let (system, force, all) = build(add);
         let inputs = Inputs::at_rest(&system, Grid::uniform(8, 0.1));
         MultipleShooting::new(&system, Settings::default(), inputs, vec![free(force)], &all[..states], segments)
-            .err()
-            .expect("wrong")
+            .expect_err("wrong")
     };
     let nothing = |_: &mut Scene, _: [Coordinate; 3], _: Control| {};
     let terminal = |scene: &mut Scene, q: [Coordinate; 3], _: Control| {

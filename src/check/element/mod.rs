@@ -19,6 +19,7 @@ use crate::Error;
 /// Derivatives of an element to be checked; made by [`constraint`](constraint()), [`kinetic_energy`], [`potential_energy`], [`force`](force()) or [`cost`](cost()).
 ///
 /// Hand in any number of derivatives, each as a closure of the [`Point`], then [`run`](ElementCheck::run).
+#[must_use = "a check does nothing until it is run"]
 pub struct ElementCheck<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> {
     element: &'a E,
     title: String,

@@ -17,6 +17,7 @@ use crate::{Error, Hyper, Inputs, Output, Settings, System};
 const ROUNDING: f64 = 1e-14;
 
 /// A check of products of the Hessian at some inputs; made by [`hessian`].
+#[must_use = "a check does nothing until it is run"]
 pub struct HessianCheck<'a> {
     subject: Subject<'a>,
     seed: u64,

@@ -52,6 +52,7 @@ struct Subject<'a> {
 }
 
 /// A check of the gradient at some inputs; made by [`gradient`].
+#[must_use = "a check does nothing until it is run"]
 pub struct GradientCheck<'a> {
     subject: Subject<'a>,
     directions: usize,

@@ -28,6 +28,7 @@ const TITLE: &str = "tangent matrices of a step";
 const SPREAD: f64 = 0.3;
 
 /// Blocks of the step's tangent matrices to be checked; made by [`step`].
+#[must_use = "a check does nothing until it is run"]
 pub struct StepCheck<'a> {
     paper: &'a PaperSystem<'a>,
     nodes: Vec<usize>,

@@ -72,6 +72,12 @@ struct Near<'a> {
     report: &'a mut Report,
 }
 
+impl<R: Real> std::fmt::Debug for LiftedSolver<'_, R> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("LiftedSolver").field("real", &self.real).finish_non_exhaustive()
+    }
+}
+
 impl<'s, R: Real> LiftedSolver<'s, R> {
     /// A solver for inputs near the given ones; computes the real motion.
     ///

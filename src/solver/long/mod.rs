@@ -69,6 +69,12 @@ pub struct LongSolver<'s> {
     values: Option<Values>,
 }
 
+impl std::fmt::Debug for LongSolver<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("LongSolver").field("system", self.system).field("bytes", &self.bytes).finish_non_exhaustive()
+    }
+}
+
 impl<'s> LongSolver<'s> {
     /// A solver that stores at most `bytes` of a motion, including its copies of the inputs and the gradient.
     ///
