@@ -207,17 +207,13 @@ impl fmt::Display for Warning {
                 designs.join("`, `"),
                 equations.join(", ")
             ),
-            Warning::LostDerivative { element, argument, order } => {
-                let (which, wrong) = match order {
-                    2 => ("second ", "products of the Hessian"),
-                    _ => ("", "gradients, and motions if it is an energy or a constraint,"),
-                };
-                write!(
-                    f,
-                    "`{element}` loses its {which}derivative with respect to {argument}, because it computes with the value of `re()`: {wrong} are wrong; use \
-                     `re()` for comparisons and to choose the piece of a table only, and compute with the number itself"
-                )
-            }
+            Warning::LostDerivative { element, argument, order } => write!(
+                f,
+                "`{element}` loses its {}derivative with respect to {argument}, because it computes with the value of `re()`: {} wrong; use `re()` for comparisons \
+                 and to choose the piece of a table only, and compute with the number itself",
+                if *order == 1 { "" } else { "second " },
+                if *order == 1 { "gradients, and motions if it is an energy or a constraint, are" } else { "products of the Hessian are" },
+            ),
             Warning::NothingAsked => f.write_str(
                 "the problem has neither a cost nor a constraint, so every point is a solution; add a cost to the scene (`Scene::cost`, `Scene::effort`), or \
                  constrain an output (`constrain`)",

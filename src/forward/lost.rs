@@ -33,13 +33,11 @@ impl Examiner {
     }
 
     fn is_worth_it(&mut self, system: &System, motion: &Motion, node: usize) -> bool {
-        let nodes = motion.nodes();
-        if motion.is_surprising(node) {
-            self.surprises += 1;
-        }
-        let is_surprise = motion.is_surprising(node) && self.surprises <= EXAMINED;
+        let (nodes, is_surprise) = (motion.nodes(), motion.is_surprising(node));
+        self.surprises += usize::from(is_surprise);
+        let is_early = is_surprise && self.surprises <= EXAMINED;
         let is_even = node * EXAMINED % nodes < EXAMINED;
-        is_even || node + 1 == nodes || is_surprise || system.reads_values_at(motion.node_of_whole(node))
+        is_even || node + 1 == nodes || is_early || system.reads_values_at(motion.node_of_whole(node))
     }
 
     fn examine(&self, system: &System, motion: &Motion, node: usize, report: &mut Report) {

@@ -245,7 +245,7 @@ fn lost_by_product(system: &System, inputs: &Inputs) -> Result<Vec<(String, Stri
 #[test]
 fn every_loss_is_named_with_its_argument() {
     let (mut random, mut count, mut silent) = (Random::new(1), 0, Vec::new());
-    for kind in 0..KINDS {
+    for (kind, slopes) in SLOPES.into_iter().enumerate() {
         for (argument, name) in arguments(kind).iter().enumerate() {
             // Constants do not move away from where they are.
             let flat = if *name == "`b`" { 0.0 } else { 0.07 };
@@ -262,7 +262,7 @@ fn every_loss_is_named_with_its_argument() {
                     count += 1;
                     let tree = Tree::new(&mut random, arguments(kind).len(), 1);
                     let loss = Some(Loss { argument, form, start, flat });
-                    let formulas = vec![(kind, Formula { tree, slopes: Slopes(SLOPES[kind]), loss })];
+                    let formulas = vec![(kind, Formula { tree, slopes: Slopes(slopes), loss })];
                     let by_expression = count % 3 == 0;
                     let plan = Plan { formulas, with_programs, by_expression };
                     let system = plan.compile();
