@@ -25,7 +25,7 @@ pub(crate) fn power_of_zero<T: DualNum<Primitive = f64> + Copy>(x: &T, n: f64) -
 
 /// xⁿ for an integer n where xⁿ⁻³, of which num-dual makes it, is beyond the range of numbers.
 pub(crate) fn powi_out_of_range<T: DualNum<Primitive = f64> + Copy>(x: &T, re: f64, n: i32) -> T {
-    if re == 0.0 {
+    if re == 0.0 || re.is_infinite() {
         return x.recip().powi(n.saturating_neg());
     }
     // In two halves, since the value may vanish where its derivatives do not.
@@ -37,12 +37,11 @@ pub(crate) fn powf_out_of_range<T: DualNum<Primitive = f64> + Copy>(x: &T, re: f
     (*x / re).powf(n) * re.powf(0.5 * n) * re.powf(0.5 * n)
 }
 
-/// Whether xⁿ⁻³ neither vanishes nor overflows; for numbers of moderate size without computing it.
+/// Whether the powers neither vanish nor overflow of which num-dual makes xⁿ with so many derivatives, from xⁿ⁻³ on; for numbers of moderate size without
+/// computing them.
 #[inline]
-pub(crate) fn is_in_range(re: f64, n: f64) -> bool {
-    let is_moderate = (1e-30..1e30).contains(&re.abs()) && n.abs() <= 7.0;
-    is_moderate || {
-        let factor = re.abs().powf(n - 3.0);
-        factor != 0.0 && factor.is_finite()
-    }
+pub(crate) fn is_in_range(re: f64, n: f64, derivatives: usize) -> bool {
+    let lowest = n - 3.0 * derivatives as f64;
+    let is_moderate = (1e-15..1e15).contains(&re.abs()) && n.abs().max(lowest.abs()) <= 20.0;
+    is_moderate || [n, lowest].into_iter().all(|n| re.abs().powf(n) != 0.0 && re.abs().powf(n).is_finite())
 }

@@ -4,15 +4,17 @@ use num_complex::Complex64;
 use num_dual::{DualNum, DualStruct, Mappable};
 use num_traits::{FromPrimitive, Inv, Num, One, Signed, Zero};
 use std::cmp::Ordering;
+use std::f64::consts::{LN_2, LN_10};
 use std::fmt;
 use std::iter::{Product, Sum};
 use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssign, Sub, SubAssign};
 
 /// A complex number for the complex step, f′(x) = Im f(x + i h)/h with h ≈ 1e-30.
 ///
-/// Comparisons use the real part, as in num-dual, so that a formula takes the same branch as for real numbers. Functions whose num-complex
-/// version loses a tiny imaginary part (atan, asin, acos) or overflows (tanh) are replaced by formulas that do not. A function without a
-/// real value (√x of x < 0) has no value here either.
+/// Comparisons use the real part, as in num-dual. The real part of every result is what `f64` computes from the real parts alone, without the terms of
+/// order h²: a formula takes the same branch as for real numbers, also where values are infinite or NaN. The imaginary part is that of the complex
+/// function, by formulas that keep a tiny one (atan, asin, acos) and do not overflow (tanh). A number without an imaginary part has none after a
+/// function either.
 #[derive(Clone, Copy, Debug)]
 pub struct Cx(pub Complex64);
 
@@ -22,28 +24,50 @@ impl Cx {
         Cx(Complex64::new(re, im))
     }
 
-    /// This, but not a number where the real function has no value: a formula may choose between numbers by that.
-    fn unless(self, is_undefined: bool) -> Self {
-        if is_undefined { Cx::new(f64::NAN, f64::NAN) } else { self }
+    /// The value of a function: its real part, and the imaginary part unless there is none, or no real value.
+    fn function(self, re: f64, im: impl FnOnce(Complex64) -> f64) -> Self {
+        Cx::new(re, if self.0.im == 0.0 || re.is_nan() { part(re, self.0.im) } else { im(self.0) })
     }
 }
 
+/// x y for an imaginary part y.
+#[inline]
+fn part(x: f64, y: f64) -> f64 {
+    if y == 0.0 { 0.0 } else { x * y }
+}
+
+/// Where the slope vanishes, the imaginary part is of order h²: a root of it has no derivative, unlike that of a constant.
+fn product(x: Complex64, y: Complex64) -> Complex64 {
+    let im = part(x.re, y.im) + part(y.re, x.im);
+    Complex64::new(x.re * y.re, if im == 0.0 { x.im * y.im } else { im })
+}
+
+fn quotient(x: Complex64, y: Complex64) -> Complex64 {
+    let re = x.re / y.re;
+    let im = x.im - part(re, y.im);
+    Complex64::new(re, if im == 0.0 { 0.0 } else { im / y.re })
+}
+
+fn remainder(x: Complex64, y: Complex64) -> Complex64 {
+    Complex64::new(x.re % y.re, x.im - part((x.re / y.re).trunc(), y.im))
+}
+
 macro_rules! operators {
-    ($($operator:ident $method:ident $assign:ident $assign_method:ident;)*) => {$(
+    ($($operator:ident $method:ident $assign:ident $assign_method:ident $function:expr;)*) => {$(
         impl $operator for Cx {
             type Output = Cx;
             #[inline]
-            fn $method(self, other: Cx) -> Cx { Cx(self.0.$method(other.0)) }
+            fn $method(self, other: Cx) -> Cx { Cx($function(self.0, other.0)) }
         }
         impl $operator<&Cx> for Cx {
             type Output = Cx;
             #[inline]
-            fn $method(self, other: &Cx) -> Cx { Cx(self.0.$method(other.0)) }
+            fn $method(self, other: &Cx) -> Cx { self.$method(*other) }
         }
         impl $operator<f64> for Cx {
             type Output = Cx;
             #[inline]
-            fn $method(self, other: f64) -> Cx { Cx(self.0.$method(other)) }
+            fn $method(self, other: f64) -> Cx { self.$method(Cx::from(other)) }
         }
         impl $assign for Cx {
             #[inline]
@@ -57,11 +81,11 @@ macro_rules! operators {
 }
 
 operators! {
-    Add add AddAssign add_assign;
-    Sub sub SubAssign sub_assign;
-    Mul mul MulAssign mul_assign;
-    Div div DivAssign div_assign;
-    Rem rem RemAssign rem_assign;
+    Add add AddAssign add_assign Complex64::add;
+    Sub sub SubAssign sub_assign Complex64::sub;
+    Mul mul MulAssign mul_assign product;
+    Div div DivAssign div_assign quotient;
+    Rem rem RemAssign rem_assign remainder;
 }
 
 impl Neg for Cx {
@@ -115,7 +139,7 @@ impl Signed for Cx {
 impl Inv for Cx {
     type Output = Cx;
     fn inv(self) -> Cx {
-        Cx(self.0.inv())
+        Cx::one() / self
     }
 }
 
@@ -198,29 +222,25 @@ impl Mappable<Cx> for Cx {
     }
 }
 
-/// ln(1 + z), accurate where |z| is small: the real part by ln|1 + z|² = ln_1p(2x + x² + y²).
-fn ln_1p(z: Complex64) -> Complex64 {
-    let (x, y) = (z.re, z.im);
-    Complex64::new(0.5 * (2.0 * x + x * x + y * y).ln_1p(), y.atan2(1.0 + x))
+/// Im ln(1 + z).
+fn ln_1p(z: Complex64) -> f64 {
+    z.im.atan2(1.0 + z.re)
 }
 
-/// eᶻ − 1 = e^x (cos y − 1 + i sin y) + (e^x − 1), with cos y − 1 = −2 sin²(y/2).
-fn exp_m1(z: Complex64) -> Complex64 {
-    let (growth, half) = (z.re.exp(), (0.5 * z.im).sin());
-    Complex64::new(z.re.exp_m1() - growth * 2.0 * half * half, growth * z.im.sin())
+/// Im atan z = ¼ ln(|z + i|²/|z − i|²) by ln_1p, which keeps a tiny Im z to all digits.
+fn atan(z: Complex64) -> f64 {
+    0.25 * (4.0 * z.im / (z.re * z.re + (1.0 - z.im) * (1.0 - z.im))).ln_1p()
 }
 
-/// atan z; the imaginary part ¼ ln(|z + i|²/|z − i|²) by ln_1p keeps a tiny Im z to all digits.
-fn atan(z: Complex64) -> Complex64 {
-    let (x, y) = (z.re, z.im);
-    let below = x * x + (1.0 - y) * (1.0 - y);
-    Complex64::new(0.5 * (2.0 * x).atan2((1.0 - y) * (1.0 + y) - x * x), 0.25 * (4.0 * y / below).ln_1p())
+/// Im asin z by asin z = atan(z/√(1 − z²)); num-complex's formula cancels.
+fn asin(z: Complex64) -> f64 {
+    atan(z / ((1.0 - z) * (1.0 + z)).sqrt())
 }
 
-/// tanh z = (t (1 + v²) + i v (1 − t²))/(1 + t² v²) with t = tanh x, v = tan y: finite for every real part.
-fn tanh(z: Complex64) -> Complex64 {
+/// Im tanh z = v (1 − t²)/(1 + t² v²) with t = tanh x, v = tan y: finite for every real part.
+fn tanh(z: Complex64) -> f64 {
     let (t, v) = (z.re.tanh(), z.im.tan());
-    Complex64::new(t * (1.0 + v * v), v * (1.0 - t * t)) / (1.0 + t * t * v * v)
+    v * (1.0 - t * t) / (1.0 + t * t * v * v)
 }
 
 impl DualNum for Cx {
@@ -235,111 +255,106 @@ impl DualNum for Cx {
         self * *factor
     }
     fn recip(&self) -> Self {
-        // Complex division by zero is NaN in both parts.
-        if self.0.is_zero() { Cx::from(self.0.re.recip()) } else { Cx(self.0.inv()) }
+        self.inv()
     }
     fn powi(&self, n: i32) -> Self {
-        Cx(self.0.powi(n))
+        self.function(self.0.re.powi(n), |z| if z.re == 0.0 && n > 1 { z.im.powi(n) } else { z.powi(n).im })
     }
     fn powf(&self, n: f64) -> Self {
         // In polar form the angle of a negative number would be rounded, by far more than a complex step.
-        if self.0.re < 0.0 && n.fract() == 0.0 && n.abs() <= f64::from(i32::MAX) {
-            return self.powi(n as i32);
-        }
-        Cx(self.0.powf(n)).unless(self.0.re < 0.0)
+        self.function(self.0.re.powf(n), |z| if z.re < 0.0 { z.powi(n as i32).im } else { z.powf(n).im })
     }
     fn sqrt(&self) -> Self {
-        Cx(self.0.sqrt()).unless(self.0.re < 0.0)
+        let re = self.0.re.sqrt();
+        self.function(re, |z| z.im / (2.0 * re))
     }
     fn cbrt(&self) -> Self {
-        // The real branch, as f64's: num-complex returns the principal root of a negative number.
-        if self.0.re < 0.0 { Cx(-(-self.0).cbrt()) } else { Cx(self.0.cbrt()) }
+        // The real branch: num-complex returns the principal root of a negative number.
+        self.function(self.0.re.cbrt(), |z| if z.re < 0.0 { -(-z).cbrt().im } else { z.cbrt().im })
     }
     fn exp(&self) -> Self {
-        Cx(self.0.exp())
+        let re = self.0.re.exp();
+        self.function(re, |z| re * z.im.sin())
     }
     fn exp2(&self) -> Self {
-        Cx(self.0.exp2())
+        let re = self.0.re.exp2();
+        self.function(re, |z| re * (z.im * LN_2).sin())
     }
     fn exp_m1(&self) -> Self {
-        Cx(exp_m1(self.0))
+        self.function(self.0.re.exp_m1(), |z| z.re.exp() * z.im.sin())
     }
     fn ln(&self) -> Self {
-        Cx(self.0.ln()).unless(self.0.re < 0.0)
+        self.function(self.0.re.ln(), Complex64::arg)
     }
     fn log(&self, base: f64) -> Self {
-        Cx(self.0.log(base)).unless(self.0.re < 0.0)
+        self.function(self.0.re.log(base), |z| z.arg() / base.ln())
     }
     fn log2(&self) -> Self {
-        Cx(self.0.log2()).unless(self.0.re < 0.0)
+        self.function(self.0.re.log2(), |z| z.arg() / LN_2)
     }
     fn log10(&self) -> Self {
-        Cx(self.0.log10()).unless(self.0.re < 0.0)
+        self.function(self.0.re.log10(), |z| z.arg() / LN_10)
     }
     fn ln_1p(&self) -> Self {
-        Cx(ln_1p(self.0)).unless(self.0.re < -1.0)
+        self.function(self.0.re.ln_1p(), ln_1p)
     }
     fn sin(&self) -> Self {
-        Cx(self.0.sin())
+        self.sin_cos().0
     }
     fn cos(&self) -> Self {
-        Cx(self.0.cos())
+        self.sin_cos().1
     }
     fn tan(&self) -> Self {
-        self.sin() / self.cos()
+        let (sin, cos) = self.sin_cos();
+        self.function(self.0.re.tan(), |_| (sin / cos).0.im)
     }
     fn sin_cos(&self) -> (Self, Self) {
-        (self.sin(), self.cos())
+        let (sin, cos) = self.0.re.sin_cos();
+        (self.function(sin, |z| cos * z.im.sinh()), self.function(cos, |z| -sin * z.im.sinh()))
     }
     fn asin(&self) -> Self {
-        // asin z = atan(z/√(1 − z²)); num-complex's formula cancels.
-        let z = self.0;
-        if z.re.abs() == 1.0 && z.im == 0.0 {
-            return Cx::from(z.re.asin());
-        }
-        Cx(atan(z / ((1.0 - z) * (1.0 + z)).sqrt())).unless(z.re.abs() > 1.0)
+        self.function(self.0.re.asin(), asin)
     }
     fn acos(&self) -> Self {
-        -self.asin() + std::f64::consts::FRAC_PI_2
+        self.function(self.0.re.acos(), |z| -asin(z))
     }
     fn atan(&self) -> Self {
-        Cx(atan(self.0))
+        self.function(self.0.re.atan(), atan)
     }
     fn atan2(&self, x: Self) -> Self {
         crate::Scalar::atan2(self, x)
     }
     fn sinh(&self) -> Self {
-        Cx(self.0.sinh())
+        self.function(self.0.re.sinh(), |z| z.re.cosh() * z.im.sin())
     }
     fn cosh(&self) -> Self {
-        Cx(self.0.cosh())
+        self.function(self.0.re.cosh(), |z| z.re.sinh() * z.im.sin())
     }
     fn tanh(&self) -> Self {
-        Cx(tanh(self.0))
+        self.function(self.0.re.tanh(), tanh)
     }
     fn asinh(&self) -> Self {
         // Odd, and without cancellation on the positive side: ln(1 + x + x²/(1 + √(1 + x²))).
-        let x = if self.0.re < 0.0 { -self.0 } else { self.0 };
-        let y = ln_1p(x + x * x / (1.0 + (1.0 + x * x).sqrt()));
-        Cx(if self.0.re < 0.0 { -y } else { y })
+        let positive = |x: Complex64| ln_1p(x + x * x / (1.0 + (1.0 + x * x).sqrt()));
+        self.function(self.0.re.asinh(), |z| if z.re < 0.0 { -positive(-z) } else { positive(z) })
     }
     fn acosh(&self) -> Self {
-        Cx((self.0 + ((self.0 - 1.0) * (self.0 + 1.0)).sqrt()).ln()).unless(self.0.re < 1.0)
+        self.function(self.0.re.acosh(), |z| (z + ((z - 1.0) * (z + 1.0)).sqrt()).arg())
     }
     fn atanh(&self) -> Self {
-        Cx(0.5 * (ln_1p(self.0) - ln_1p(-self.0))).unless(self.0.re.abs() > 1.0)
+        self.function(self.0.re.atanh(), |z| 0.5 * (ln_1p(z) - ln_1p(-z)))
     }
     fn sph_j0(&self) -> Self {
-        if self.0.norm() < 1e-4 { Cx(1.0 - self.0 * self.0 / 6.0) } else { self.sin() / *self }
+        let value = if self.0.norm() < 1e-4 { Cx(1.0 - self.0 * self.0 / 6.0) } else { self.sin() / *self };
+        self.function(self.0.re.sph_j0(), |_| value.0.im)
     }
     fn sph_j1(&self) -> Self {
-        if self.0.norm() < 1e-4 {
-            return Cx(self.0 / 3.0);
-        }
         let (s, c) = self.sin_cos();
-        (s / *self - c) / *self
+        let value = if self.0.norm() < 1e-4 { Cx(self.0 / 3.0) } else { (s / *self - c) / *self };
+        self.function(self.0.re.sph_j1(), |_| value.0.im)
     }
     fn sph_j2(&self) -> Self {
-        self.sph_j1() * 3.0 / *self - self.sph_j0()
+        let value = self.sph_j1() * 3.0 / *self - self.sph_j0();
+        self.function(self.0.re.sph_j2(), |_| value.0.im)
     }
 }

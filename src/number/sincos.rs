@@ -108,7 +108,9 @@ fn sine(r: f64) -> f64 {
         -2.505_076_025_340_686_341_95e-8,
         1.589_690_995_211_550_102_21e-10,
     ];
-    plus_product(r, z * r, plus_product(-1.666_666_666_666_663_243_48e-1, z, polynomial(z, high)))
+    let sine = plus_product(r, z * r, plus_product(-1.666_666_666_666_663_243_48e-1, z, polynomial(z, high)));
+    // Its sign is that of r, also of −0, which a sum loses.
+    f64::from_bits(sine.to_bits() | (r.to_bits() & (1 << 63)))
 }
 
 /// cos r for |r| ≤ π/4; 1 − z/2 is split so that its rounding error is kept.

@@ -3,7 +3,7 @@
 use hamiltonian_adjoint::planar::Revolute;
 use hamiltonian_adjoint::{Constraint, Cx, Scalar};
 use nalgebra::SVector;
-use num_dual::{Dual, Dual2SVec, Dual2SVec64, Dual64, DualSVec, DualSVec64};
+use num_dual::{Dual, Dual2_64, Dual2SVec, Dual2SVec64, Dual64, DualSVec, DualSVec64};
 
 /// Every function of `Scalar`, in a formula that is smooth where it is used.
 struct Model;
@@ -199,4 +199,175 @@ fn functions_of_complex_numbers_have_values_where_those_of_real_ones_do() {
             assert!(is_same, "function {k} of {x}: {real}, {re}");
         }
     }
+}
+
+/// All functions and operators of numbers; the second one may be left out.
+fn all<S: Scalar>(x: S, y: S) -> Vec<(String, S)> {
+    let mut all: Vec<(String, S)> = Vec::new();
+    macro_rules! put {
+        ($($value:expr;)*) => { $(all.push((stringify!($value).to_string(), $value));)* };
+    }
+    put! {
+        x + y; x - y; x * y; x / y; -x; x + 1.5; x - 1.5; x * 0.0; x * -2.0; x / 3.0; x / 0.0; x.recip(); x.sqrt(); x.exp(); x.exp_m1(); x.ln();
+        x.ln_1p(); x.sin(); x.cos(); x.sin_cos().0; x.sin_cos().1; x.tan(); x.asin(); x.acos(); x.atan(); x.sinh(); x.cosh(); x.tanh(); x.abs();
+        x.max(y); x.min(y); x.atan2(y); x.hypot(y); x * x; x * x - y * y; (x * y).sqrt(); (x / y).atan(); (-x.recip()).exp() * y;
+        y * x.exp() / (x.exp() + 1.0);
+    }
+    for n in [-5, -4, -3, -2, -1, 0, 1, 2, 3, 4, 5, 40, -40] {
+        all.push((format!("x.powi({n})"), x.powi(n)));
+    }
+    for n in [-3.0, -1.5, -1.0, -0.5, 0.0, 0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 3.5, 7.0] {
+        all.push((format!("x.powf({n})"), x.powf(n)));
+    }
+    all
+}
+
+const SPECIAL: [f64; 27] = [
+    0.0,
+    -0.0,
+    1e-300,
+    -1e-300,
+    1e-40,
+    -1e-40,
+    0.3,
+    -0.3,
+    1.0,
+    -1.0,
+    1.5,
+    -1.5,
+    std::f64::consts::FRAC_PI_2,
+    2.0,
+    -2.0,
+    30.0,
+    710.0,
+    -710.0,
+    1e30,
+    -1e30,
+    1e154,
+    1e300,
+    -1e300,
+    f64::MAX,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::NAN,
+];
+
+/// Holds the real values of all functions of special numbers to those of `f64`.
+fn assert_real<S: Scalar>(name: &str, lift: impl Fn(f64) -> S, is_same: fn(f64, f64) -> bool) {
+    for x in SPECIAL {
+        for y in SPECIAL {
+            for ((what, lifted), (_, plain)) in all(lift(x), lift(y)).into_iter().zip(all(x, y)) {
+                let re = lifted.re();
+                assert!(is_same(re, plain), "{what} of {name} at x = {x:?}, y = {y:?}: {re:?} instead of {plain:?}");
+            }
+        }
+    }
+}
+
+fn is_equal(a: f64, b: f64) -> bool {
+    a.to_bits() == b.to_bits() || a.is_nan() && b.is_nan()
+}
+
+#[test]
+fn real_parts_are_those_of_real_numbers_also_where_these_are_infinite_or_no_numbers() {
+    assert_real("Cx", |x| Cx::new(x, 1e-30), is_equal);
+    assert_real("Cx with a negative step", |x| Cx::new(x, -1e-40), is_equal);
+    assert_real("Cx without a step", Cx::from, is_equal);
+    // num-dual divides by multiplying with 1/x, and makes powers of others.
+    let is_close = |a: f64, b: f64| is_equal(a, b) || b != 0.0 && b.is_finite() && (a - b).abs() <= 1e-14 * b.abs();
+    assert_real("Dual64", |x| Dual64::new(x, 1.0), is_close);
+    assert_real("DualSVec64<2>", |x| DualSVec64::<2>::from_re(x).derivative(0), is_close);
+    assert_real("Dual2SVec64<1>", |x| Dual2SVec64::<1>::from_re(x).derivative(0), is_close);
+    assert_real("DualSVec<Cx, 1>", |x| DualSVec::<Cx, 1>::from_re(Cx::new(x, 1e-30)).derivative(0), is_close);
+    assert_real(
+        "Dual<DualSVec<Cx, 1>>",
+        |x| Dual::new(DualSVec::<Cx, 1>::from_re(Cx::new(x, 1e-30)).derivative(0), DualSVec::from_re(Cx::from(0.5))),
+        is_close,
+    );
+}
+
+/// A formula that branches where it is infinite.
+fn branches<S: Scalar>(q: S, t: S) -> S {
+    if (q / t).re() > 10.0 { q * 2.0 } else { q * 3.0 }
+}
+
+#[test]
+fn a_complex_step_takes_the_branch_of_real_numbers_where_a_value_is_infinite() {
+    for (q, t) in [(0.7, 0.0), (-0.7, 0.0), (0.7, -0.0), (0.0, 0.0), (1e-300, 1e-320), (0.7, 0.01), (0.7, 1.0)] {
+        let (plain, complex) = (branches(q, t), branches(Cx::new(q, 1e-30), Cx::from(t)));
+        let slope = if plain == 2.0 * q && q != 0.0 { 2.0 } else { 3.0 };
+        assert!(complex.0.re == plain && (complex.0.im / 1e-30 - slope).abs() < 1e-15, "{q} {t}: {complex:?}");
+        assert_eq!(branches(Dual64::new(q, 1.0), Dual64::from(t)).re, plain);
+    }
+}
+
+#[test]
+fn a_complex_step_has_no_derivative_of_a_root_of_what_vanishes_with_its_slope() {
+    let x = Cx::new(0.0, 1e-30);
+    for root in [(x * x).sqrt(), x.powi(2).sqrt(), x.hypot(x * 2.0), (x * x * x * x).sqrt()] {
+        assert!(root.0.re == 0.0 && !root.0.im.is_finite(), "{root:?}");
+    }
+    for square in [x * x, x.powi(2), x.powi(3), x.powf(2.0), x.powf(1.5), x.sin() * x.tan()] {
+        assert!(square.0.re == 0.0 && (square.0.im / 1e-30).abs() < 1e-14, "{square:?}");
+    }
+}
+
+/// f' by complex step, by dual numbers and by the closed form.
+fn agree(name: &str, x: f64, expected: f64, f: impl Fn(Cx) -> Cx, g: impl Fn(Dual64) -> Dual64) {
+    let h = 1e-30;
+    let complex = f(Cx::new(x, h)).0.im / h;
+    let dual = g(Dual64::new(x, 1.0)).eps;
+    for (how, got) in [("complex step", complex), ("dual", dual)] {
+        let error = (got - expected).abs() / expected.abs().max(1.0);
+        assert!(error < 1e-14, "{name}'({x}) by {how}: {got}, expected {expected}");
+    }
+}
+
+macro_rules! derivative {
+    ($f:ident, $x:expr, $expected:expr) => {
+        agree(stringify!($f), $x, $expected, |x| Scalar::$f(&x), |x| Scalar::$f(&x))
+    };
+}
+
+#[test]
+fn derivatives_by_complex_step_and_dual_numbers_are_the_closed_forms() {
+    for x in [-0.7f64, -1e-9, 0.0, 0.3, 0.9] {
+        let r = (1.0 - x * x).sqrt();
+        derivative!(asin, x, 1.0 / r);
+        derivative!(acos, x, -1.0 / r);
+        derivative!(atan, x, 1.0 / (1.0 + x * x));
+        derivative!(tanh, x, 1.0 - x.tanh() * x.tanh());
+        derivative!(sinh, x, x.cosh());
+        derivative!(exp_m1, x, x.exp());
+        derivative!(ln_1p, x, 1.0 / (1.0 + x));
+        derivative!(tan, x, 1.0 / (x.cos() * x.cos()));
+    }
+    for x in [-800.0, -400.0, 400.0, 800.0] {
+        derivative!(tanh, x, 0.0);
+    }
+    for x in [-4.0, -1.0, 1.0, 4.0f64] {
+        derivative!(atan, x, 1.0 / (1.0 + x * x));
+        agree("powi -3", x, -3.0 * x.powi(-4), |x| Scalar::powi(&x, -3), |x| Scalar::powi(&x, -3));
+        agree("powi 5", x, 5.0 * x.powi(4), |x| Scalar::powi(&x, 5), |x| Scalar::powi(&x, 5));
+    }
+}
+
+#[test]
+fn atan2_has_its_value_and_derivative_in_every_direction() {
+    for k in 0..16 {
+        let angle = f64::from(k) * std::f64::consts::PI / 8.0 - 3.1;
+        let (y, x) = angle.sin_cos();
+        let value = Scalar::atan2(&y, x);
+        assert!((value - y.atan2(x)).abs() < 1e-15);
+        let tangent = Scalar::atan2(&Dual64::new(y, x), Dual64::new(x, -y));
+        assert!((tangent.eps - 1.0).abs() < 1e-14, "{angle}: {tangent}");
+    }
+    assert_eq!(Scalar::atan2(&Dual64::new(1.0, 0.0), Dual64::new(0.0, 1.0)).eps, -1.0);
+}
+
+#[test]
+fn a_high_power_at_zero_is_zero_with_zero_derivatives() {
+    let x = Dual2_64::new(0.0, 1.0, 0.0);
+    let y = Scalar::powf(&x, 3.5);
+    assert_eq!((y.re, y.v1, y.v2), (0.0, 0.0, 0.0));
 }
