@@ -17,6 +17,31 @@ impl Graph {
         (0..self.len()).filter(|&i| reached[i]).map(|i| Node(i as u32)).collect()
     }
 
+    /// Of every node, whether a function that some nodes are made of tells its 0 from −0.
+    pub(super) fn sees_signs(&self, nodes: &[Node]) -> Vec<bool> {
+        use Expression::*;
+        let mut seen = vec![false; self.len()];
+        for node in self.reachable(nodes.iter().copied()).into_iter().rev() {
+            let is_seen = seen[node.index()];
+            let [first, second] = match self.expression(node) {
+                Atan2(..) => [true; 2],
+                Divide(..) => [is_seen, true],
+                Of(Function::Reciprocal, _) => [true; 2],
+                IntegerPower(_, n) => [n % 2 != 0 && (is_seen || n < 0); 2],
+                Power(_, n) | SlopePower(_, n) => [is_seen || self.value(n) < Some(0.0), false],
+                Of(Function::Exp | Function::Cos | Function::Cosh | Function::Abs | Function::Sign, _) | Less(..) => {
+                    [false; 2]
+                }
+                Multiply(x, y) => [is_seen && x != y; 2],
+                _ => [is_seen; 2],
+            };
+            for (x, is_seen) in self.expression(node).arguments().zip([first, second]) {
+                seen[x.index()] |= is_seen;
+            }
+        }
+        seen
+    }
+
     /// Whether any of these depends on inputs by a sign, a comparison or an angle, of which derivatives may show nothing: that of (x, x) steps.
     pub(crate) fn is_piecewise(&self, nodes: impl IntoIterator<Item = Node>) -> bool {
         let is_step = |node| {

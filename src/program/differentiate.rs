@@ -9,26 +9,19 @@ impl Graph {
     ///
     /// What a condition cuts off is cut off behind the slope, which may be infinite there: that of √max(x, 0) for x < 0.
     fn partial_times(&mut self, y: Node, k: usize, w: Node) -> Option<Node> {
-        match self.condition_of(w) {
-            None => self.slope_times(y, k, w),
-            Some((condition, w)) => self.partial_times(y, k, w).map(|part| self.keep_where(condition, part)),
+        match self.expression(y) {
+            Expression::Add(..) | Expression::Subtract(..) | Expression::Of(Function::Negative, _) => {
+                self.slope_times(y, k, w)
+            }
+            _ => self.behind_condition(w, |graph, w| graph.slope_times(y, k, w)),
         }
     }
 
-    /// The condition of a fixed multiple of what is kept where one holds, and that multiple without it.
-    fn condition_of(&mut self, w: Node) -> Option<(Node, Node)> {
-        match self.expression(w) {
-            Expression::Where(condition, w) => Some((condition, w)),
-            Expression::Of(Function::Negative, w) => {
-                let (condition, w) = self.condition_of(w)?;
-                Some((condition, self.function(Function::Negative, w)))
-            }
-            Expression::Multiply(factor, w) if self.is_fixed(factor) => {
-                let (condition, w) = self.condition_of(w)?;
-                Some((condition, self.multiply(factor, w)))
-            }
-            _ => None,
-        }
+    /// What is made of w, cut off by the condition that w is kept by.
+    fn behind_condition(&mut self, w: Node, make: impl FnOnce(&mut Graph, Node) -> Option<Node>) -> Option<Node> {
+        let Some(condition) = self.condition(w) else { return make(self, w) };
+        let kept = self.unconditional(w);
+        make(self, kept).map(|made| self.keep_where(condition, made))
     }
 
     fn slope_times(&mut self, y: Node, k: usize, w: Node) -> Option<Node> {
@@ -134,8 +127,8 @@ impl Graph {
         let behind_cusps = |x: &Node| {
             cusps.iter().fold(adjoint[x.0 as usize], |sum, &(y, w)| {
                 let slope = self.forward(&[y], &[(*x, one)])[0];
-                let part = self.multiply(w, slope);
-                self.add(sum, part)
+                let part = self.behind_condition(w, |graph, w| Some(graph.multiply(w, slope)));
+                part.map_or(sum, |part| self.add(sum, part))
             })
         };
         with_respect_to.iter().map(behind_cusps).collect()

@@ -48,7 +48,7 @@ impl Graph {
 
     /// The results with what they need made anew: by `rebuild`, or, where it gives nothing, as it was.
     ///
-    /// Angles of points stay: at ±π they depend on the sign of a zero.
+    /// Angles of points stay: at ±π they jump where a difference that was exactly zero is rounded.
     fn rebuilt(
         &mut self,
         needed: &Needed,
@@ -60,7 +60,9 @@ impl Graph {
         let mut stays = self.fixed();
         self.reachable(angles).into_iter().for_each(|node| stays[node.index()] = true);
         let mut map: Vec<Node> = (0..self.len()).map(|i| Node(i as u32)).collect();
+        let is_loose = self.is_loose;
         for node in needed.nodes.iter().copied().filter(|node| !stays[node.index()]) {
+            self.is_loose = !self.is_signed(node);
             let made = rebuild(self, node, &map).unwrap_or_else(|| {
                 let expression = self.expression(node);
                 let anew = expression.map(|x| map[x.index()]);
@@ -68,12 +70,14 @@ impl Graph {
             });
             map[node.index()] = made;
         }
+        self.is_loose = is_loose;
         results.iter().map(|node| map[node.index()]).collect()
     }
 
     /// f a ± f b as f (a ± b), if neither product is needed otherwise, and f a ± g a as (f ± g) a.
     fn sum_of_multiples(&mut self, node: Node, needed: &Needed, map: &[Node]) -> Option<Node> {
         let (terms, join): (_, fn(&mut Graph, Node, Node) -> Node) = match self.expression(node) {
+            _ if self.is_signed(node) => return None,
             Expression::Add(x, y) => ([x, y], Graph::add),
             Expression::Subtract(x, y) => ([x, y], Graph::subtract),
             _ => return None,
@@ -250,13 +254,13 @@ mod tests {
 
     #[test]
     fn a_pair_of_factors_that_stands_in_several_products_is_multiplied_once() {
-        let mut graph = Graph::default();
+        let mut graph = Graph::default().loose();
         let [x, y, z, w] = [0, 1, 2, 3].map(|which| graph.input(which));
         let results = [[x, y, z], [x, w, y], [y, z, w], [x, x, y]].map(|factors| product(&mut graph, &factors));
         // x y, with z, w and x, and y z w by two.
         assert_eq!(multiplications(&mut graph, &results), [8, 6]);
         // What is needed as it is, is taken: x z.
-        let mut graph = Graph::default();
+        let mut graph = Graph::default().loose();
         let [x, y, z] = [0, 1, 2].map(|which| graph.input(which));
         let results = [[x, y, z], [x, z, z]].map(|factors| product(&mut graph, &factors));
         let results = [results[0], results[1], graph.multiply(x, z)];
@@ -265,7 +269,7 @@ mod tests {
 
     #[test]
     fn fixed_factors_go_in_front_of_sums_unless_their_products_are_needed() {
-        let mut graph = Graph::default();
+        let mut graph = Graph::default().loose();
         let [x, y] = [0, 1].map(|which| graph.input(which));
         let [f, g] = [0, 1].map(|which| graph.parameter(which));
         let [fx, fy, gx, gy] = [(f, x), (f, y), (g, x), (g, y)].map(|(factor, x)| graph.multiply(factor, x));
@@ -278,7 +282,7 @@ mod tests {
 
     #[test]
     fn angles_of_points_are_what_they_were() {
-        let mut graph = Graph::default();
+        let mut graph = Graph::default().loose();
         let [x, y] = [0, 1].map(|which| graph.input(which));
         let f = graph.parameter(1);
         let [fx, fy] = [x, y].map(|x| graph.multiply(f, x));

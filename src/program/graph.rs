@@ -1,8 +1,11 @@
 //! [`Graph`]: a formula as an expression graph.
 //!
 //! Every operation on the same arguments is one node, however often the formula asks for it. Operations are simplified as they are recorded:
-//! constants are folded, what is multiplied by zero vanishes, signs and fixed factors move outwards. Arguments stand before what is made of them, so
+//! constants are folded, signs and fixed factors move outwards. Arguments stand before what is made of them, so
 //! the order of the nodes is an order in which they can be computed.
+//!
+//! While a formula is recorded, every zero keeps its sign: atan2(0, −1) is π, and atan2(−0, −1) is −π. Nodes whose sign no function sees are then made
+//! once more, and derivatives are made, with rules that hold but for the sign of a zero: 0 x = 0, x + 0 = x, 0 − x = −x.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -16,9 +19,13 @@ pub(crate) struct Graph {
     expressions: Vec<Expression>,
     /// Whether a node depends on constants and parameters alone.
     fixed: Vec<bool>,
+    /// True for a node whose value keeps the sign of a zero.
+    signed: Vec<bool>,
     numbers: Map<Expression, Node>,
-    /// Whether x − y is the negative of y − x, also where both vanish. A formula is recorded without: atan2(0, −1) is π, and atan2(−0, −1) is −π.
-    merges: bool,
+    /// Of what is kept where something holds, and of sums of such nodes: what is 0 where they are 0 for this reason.
+    pub(super) conditions: Map<Node, Node>,
+    /// True if nodes are made without regard to the signs of zeros.
+    pub(super) is_loose: bool,
 }
 
 /// Hashes a few small numbers quickly; keys are our own, so nobody chooses them to collide.
@@ -48,9 +55,30 @@ impl Hasher for Mixer {
 }
 
 impl Graph {
-    /// The same graph, for derivatives: those of every function are the same at 0 and at −0.
-    pub(super) fn merging(self) -> Self {
-        Graph { merges: true, ..self }
+    /// The graph for derivatives, which do not depend on the signs of zeros.
+    pub(crate) fn loose(self) -> Self {
+        Graph { is_loose: true, ..self }
+    }
+
+    /// The graph of some results, with the nodes whose sign no function sees made anew, and the results in it.
+    pub(super) fn loosened(&self, results: &[Node]) -> (Self, Vec<Node>) {
+        let (seen, mut graph) = (self.sees_signs(results), Graph::default());
+        let mut map = vec![Node(u32::MAX); self.len()];
+        for node in self.reachable(results.iter().copied()) {
+            graph.is_loose = !seen[node.index()];
+            map[node.index()] = graph.make(self.expression(node).map(|x| map[x.index()]));
+        }
+        (graph, results.iter().map(|node| map[node.index()]).collect())
+    }
+
+    /// Keeps the signs of zeros in the nodes where a function that some results are made of sees them, and in no others.
+    pub(super) fn keep_signs(&mut self, results: &[Node]) {
+        self.signed = self.sees_signs(results);
+    }
+
+    /// Whether the sign of a zero is kept in a node.
+    pub(super) fn is_signed(&self, node: Node) -> bool {
+        self.signed[node.index()]
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -97,7 +125,9 @@ impl Graph {
             };
             self.expressions.push(expression);
             self.fixed.push(fixed);
+            self.signed.push(false);
         }
+        self.signed[node.index()] |= !self.is_loose;
         node
     }
 
@@ -124,8 +154,12 @@ impl Graph {
     }
 
     pub(crate) fn constant(&mut self, x: f64) -> Node {
-        // −0 and 0 are one number here.
-        self.put(Expression::Constant((x + 0.0).to_bits()))
+        self.put(Expression::Constant(if self.is_loose { x + 0.0 } else { x }.to_bits()))
+    }
+
+    /// Whether x + number is x: where the signs of zeros count, 0 makes 0 of −0.
+    fn adds_nothing(&self, number: f64) -> bool {
+        number == 0.0 && (self.is_loose || number.is_sign_negative())
     }
 
     pub(crate) fn parameter(&mut self, which: usize) -> Node {
@@ -169,8 +203,8 @@ impl Graph {
     pub(crate) fn add(&mut self, x: Node, y: Node) -> Node {
         match (self.value(x), self.value(y)) {
             (Some(x), Some(y)) => return self.constant(x + y),
-            (Some(0.0), None) => return y,
-            (None, Some(0.0)) => return x,
+            (Some(number), None) if self.adds_nothing(number) => return y,
+            (None, Some(number)) if self.adds_nothing(number) => return x,
             _ => {}
         }
         if x == y {
@@ -187,14 +221,16 @@ impl Graph {
             let sum = self.add(x, y);
             return self.keep_where(condition, sum);
         }
-        self.put(Expression::Add(x.min(y), x.max(y)))
+        let sum = self.put(Expression::Add(x.min(y), x.max(y)));
+        self.note_condition(sum, [x, y]);
+        sum
     }
 
     pub(crate) fn subtract(&mut self, x: Node, y: Node) -> Node {
         match (self.value(x), self.value(y)) {
             (Some(x), Some(y)) => return self.constant(x - y),
-            (Some(0.0), None) => return self.negative(y),
-            (None, Some(0.0)) => return x,
+            (Some(number), None) if self.adds_nothing(number) => return self.negative(y),
+            (None, Some(number)) if self.adds_nothing(-number) => return x,
             _ => {}
         }
         if x == y {
@@ -203,7 +239,7 @@ impl Graph {
         if let Some(y) = self.negated(y) {
             return self.add(x, y);
         }
-        if let Some(x) = self.negated(x) {
+        if let Some(x) = self.negated(x).filter(|_| self.is_loose) {
             let sum = self.add(x, y);
             return self.negative(sum);
         }
@@ -211,19 +247,22 @@ impl Graph {
             let difference = self.subtract(x, y);
             return self.keep_where(condition, difference);
         }
-        if let Some(&difference) = self.numbers.get(&Expression::Subtract(y, x)).filter(|_| self.merges) {
+        if let Some(&difference) = self.numbers.get(&Expression::Subtract(y, x)).filter(|_| self.is_loose) {
             return self.negative(difference);
         }
-        self.put(Expression::Subtract(x, y))
+        let difference = self.put(Expression::Subtract(x, y));
+        self.note_condition(difference, [x, y]);
+        difference
     }
 
     pub(crate) fn multiply(&mut self, x: Node, y: Node) -> Node {
         match (self.value(x), self.value(y)) {
             (Some(x), Some(y)) => return self.constant(x * y),
-            (Some(number), None) | (None, Some(number)) if number == 1.0 || number <= 0.0 => {
+            (Some(0.0), None) | (None, Some(0.0)) if self.is_loose => return self.constant(0.0),
+            (Some(number), None) | (None, Some(number)) if number == 1.0 || number < 0.0 || self.adds_nothing(number) => {
                 let other = if self.value(x).is_some() { y } else { x };
-                if number == 0.0 || number == 1.0 {
-                    return if number == 0.0 { self.constant(0.0) } else { other };
+                if number == 1.0 {
+                    return other;
                 }
                 // Signs go outwards, so that products with x and −x are one node.
                 let size = self.constant(-number);
@@ -262,7 +301,7 @@ impl Graph {
     pub(crate) fn divide(&mut self, x: Node, y: Node) -> Node {
         match (self.value(x), self.value(y)) {
             (Some(x), Some(y)) => return self.constant(x / y),
-            (Some(0.0), None) => return x,
+            (Some(0.0), None) if self.is_loose => return x,
             (Some(1.0), None) => return self.function(Function::Reciprocal, y),
             _ => {}
         }
@@ -356,30 +395,8 @@ impl Graph {
         self.put(Expression::Less(x, y))
     }
 
-    pub(super) fn keep_where(&mut self, condition: Node, x: Node) -> Node {
-        if self.is_zero(x) { x } else { self.put(Expression::Where(condition, x)) }
-    }
-
     /// x y, which vanishes where y does, also beside an infinite x.
     pub(super) fn vanishing(&mut self, x: Node, y: Node) -> Node {
         if self.value(x).or(self.value(y)).is_some() { self.multiply(x, y) } else { self.put(Expression::Vanishing(x, y)) }
-    }
-
-    /// What two nodes keep where one condition holds: also their sum is cut off behind the slopes that come.
-    fn both_where(&self, x: Node, y: Node) -> Option<(Node, [Node; 2])> {
-        match (self.expression(x), self.expression(y)) {
-            (Expression::Where(condition, x), Expression::Where(other, y)) if condition == other => {
-                Some((condition, [x, y]))
-            }
-            _ => None,
-        }
-    }
-
-    /// x, which leaves nothing behind infinite slopes where it vanishes, as a derivative that is not there.
-    pub(crate) fn unless_zero(&mut self, x: Node) -> Node {
-        let zero = self.constant(0.0);
-        let (below, above) = (self.less(x, zero), self.less(zero, x));
-        let moves = self.add(below, above);
-        self.keep_where(moves, x)
     }
 }

@@ -9,6 +9,7 @@
 //!
 //! num-dual on the plain formula is what every program is compared with.
 
+mod conditions;
 mod dependence;
 mod differentiate;
 mod evaluate;

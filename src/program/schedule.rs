@@ -146,16 +146,11 @@ impl Fusion {
     }
 
     fn join_negatives(&mut self, graph: &Graph, made: &[Node], is_used_once: impl Fn(Node) -> bool) {
-        // −(x − y) and y − x differ where both vanish, and so do the angles that they are sines of.
-        let angles = made.iter().filter_map(|node| match graph.expression(*node) {
-            Expression::Atan2(sine, _) => Some(sine),
-            _ => None,
-        });
-        let sines: HashSet<Node> = angles.collect();
         for &node in made {
             let Expression::Of(Function::Negative, of) = graph.expression(node) else { continue };
             let joined = match graph.expression(of) {
-                Expression::Subtract(x, y) if !sines.contains(&node) => (Operation::Subtract, [y, x]),
+                // −(x − y) and y − x differ by the sign of a zero.
+                Expression::Subtract(x, y) if !graph.is_signed(node) => (Operation::Subtract, [y, x]),
                 Expression::Multiply(x, y) => (Operation::NegativeProduct, [x, y]),
                 _ => continue,
             };

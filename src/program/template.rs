@@ -20,6 +20,7 @@ fn is_structural(value: f64) -> bool {
 impl Template {
     /// The template of a formula with so many parameters, and the numbers that became further ones.
     pub(crate) fn new(graph: &Graph, results: &[Node], parameters: usize) -> (Self, Vec<f64>) {
+        let (graph, results) = graph.loosened(results);
         let reachable = graph.reachable(results.iter().copied());
         let mut is_exponent = vec![false; graph.len()];
         for &node in &reachable {
@@ -56,8 +57,9 @@ impl Template {
 
     /// The template as a graph, to which derivatives can be added, and the results in it.
     pub(crate) fn graph(&self) -> (Graph, Vec<Node>) {
-        let mut graph = Graph::default();
-        let nodes: Vec<Node> = self.expressions.iter().map(|expression| graph.put(*expression)).collect();
-        (graph.merging(), self.results.iter().map(|node| nodes[node.0 as usize]).collect())
+        let mut graph = Graph::default().loose();
+        self.expressions.iter().for_each(|expression| _ = graph.put(*expression));
+        graph.keep_signs(&self.results);
+        (graph, self.results.clone())
     }
 }

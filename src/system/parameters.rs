@@ -47,7 +47,7 @@ impl Parameters {
 
     /// Differentiates the expressions that were resolved.
     pub(super) fn differentiate(&mut self) {
-        let mut graph = self.graph.clone();
+        let mut graph = self.graph.clone().loose();
         let weighted: Vec<_> = self.nodes.iter().enumerate().map(|(j, y)| (*y, graph.input(self.designs + j))).collect();
         let inputs: Vec<Node> = (0..self.designs).map(|p| graph.input(p)).collect();
         let nodes = if self.nodes.is_empty() { Vec::new() } else { graph.reverse(&weighted, &inputs) };

@@ -4,12 +4,14 @@ use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Constant, ConstantSpeed, Harmonic};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
-    Grid, Inputs, KineticEnergy, Mechanics, Scalar, Scene, SceneFile, Settings, Start, Sum, System, Trajectory, simulate,
+    Grid, Inputs, KineticEnergy, Mechanics, Param, Scalar, Scene, SceneFile, Settings, Start, Sum, System, Trajectory,
+    simulate,
 };
 use nalgebra::SVector;
 use proptest::prelude::*;
 use serde_json::Value;
 use std::collections::BTreeSet;
+use std::f64::consts::PI;
 
 /// All kinds of parts, in mechanisms that stand side by side; parameters of all forms.
 fn everything() -> Scene {
@@ -297,9 +299,39 @@ fn formulas_say_what_they_say() {
         ("sqrt(m * m * 4) + atan2(0, m) + max(m, `a b`) + min(1, m)", 10.0),
         ("m ^ -1 * 3 + `a b` ^ 0.5 * sqrt(2)", 3.0),
         (" exp ( ln( m ) ) ", 3.0),
+        // Zeros have signs, which decide where an angle jumps.
+        ("5 + atan2(-0, -m)", 5.0 - PI),
+        ("5 + atan2(0 * -m, -m)", 5.0 - PI),
+        ("5 + atan2(m * -0.0 + -0.0, -m)", 5.0 - PI),
+        ("5 + atan2(0 / -m, -m)", 5.0 - PI),
+        ("5 + atan2(-0 * m + 0, -m)", 5.0 + PI),
+        ("5 + atan2(m - m, -m)", 5.0 + PI),
+        ("5 + atan2(-(m - 3) * m, -m)", 5.0 - PI),
+        ("5 + atan2(0 - (m - 3), -m)", 5.0 + PI),
     ];
     for (text, expected) in cases {
         assert!((value(text) - expected).abs() < 1e-14, "{text}: {}", value(text));
+    }
+}
+
+#[test]
+fn files_keep_the_signs_of_zeros_in_parameters() {
+    let mut scene = Scene::new();
+    let m = scene.design("m", 3.0);
+    let zeros = [Param::from(-0.0) + m * -0.0, m * 0.0 - m * 0.0 * m, -(m - 3.0) * m, (m - 3.0) / -m, Param::from(-0.0) / m];
+    for (k, zero) in zeros.into_iter().enumerate() {
+        scene.particle(&format!("p{k}"), zero.atan2(-m) + 5.0, [0.0; 2]);
+    }
+    let masses = |scene: Scene| {
+        let system = scene.compile().expect("a system");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(1, 0.1));
+        Mechanics::at_start(&system, &inputs).expect("a state").mass().diagonal()
+    };
+    let copy = SceneFile::from_json(&scene.to_json().expect("a file")).and_then(SceneFile::complete).expect("a scene");
+    let (masses, copied) = (masses(scene), masses(copy));
+    let expected = [-PI, PI, -PI, -PI, -PI].map(|angle| angle + 5.0);
+    for (k, expected) in expected.into_iter().enumerate() {
+        assert!((masses[2 * k] - expected).abs() < 1e-14 && masses[2 * k] == copied[2 * k], "{k}: {masses} {copied}");
     }
 }
 

@@ -1,6 +1,7 @@
 //! Parameters as text: `mass * length ^ 2 / 12`, design variables by their names, in backticks where these are no words.
 
 use super::{Param, Source};
+use crate::Scalar;
 use crate::model::expressions;
 use crate::program::{Expression, Function, Graph, Node};
 
@@ -34,7 +35,7 @@ const FUNCTIONS: [(&str, Function); 16] = [
 type OfTwo = (&'static str, fn(f64, f64) -> f64, fn(&mut Graph, Node, Node) -> Node);
 
 const OF_TWO: [OfTwo; 3] =
-    [("atan2", f64::atan2, Graph::atan2), ("max", f64::max, Graph::max), ("min", f64::min, Graph::min)];
+    [("atan2", f64::atan2, Graph::atan2), ("max", Scalar::max, Graph::max), ("min", Scalar::min, Graph::min)];
 
 impl Param {
     /// As text; none if that is very long, or if a text cannot say it.
@@ -125,7 +126,7 @@ impl Writer<'_> {
         self.room = self.room.checked_sub(1)?;
         let expression = self.graph.expression(node);
         Some(match expression {
-            Constant(bits) if f64::from_bits(bits) < 0.0 => (finite(f64::from_bits(bits))?, Binding::Sum),
+            Constant(bits) if f64::from_bits(bits).is_sign_negative() => (finite(f64::from_bits(bits))?, Binding::Sum),
             Constant(bits) => (finite(f64::from_bits(bits))?, Binding::Whole),
             Input(which) => (quoted(self.designs.get(which as usize)?)?, Binding::Whole),
             Add(x, y) => (format!("{} + {}", self.part(x, Binding::Sum)?, self.part(y, Binding::Product)?), Binding::Sum),

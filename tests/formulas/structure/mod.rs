@@ -2,10 +2,12 @@
 //! once opaque to the trace, gives the same motion and the same gradient.
 
 mod changed;
+mod cut;
 mod domains;
 mod random;
 mod vanishing;
 mod wide;
+mod zeros;
 
 use hamiltonian_adjoint::{
     Constraint, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Inputs, KineticEnergy, PotentialEnergy, Scalar, Scene,
