@@ -110,7 +110,7 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     pub u: SVector<S, K>,
     /// Rates of the controls in a step, u̇ = (u_i − u_{i−1})/Δt_i. For [`Sum::Trapezoidal`] and [`Sum::Integral`] the cost is evaluated
     /// with the rates of both adjacent steps, each weighted with its half; for [`Sum::Plain`] with the rate of the step that begins at the
-    /// node; for a single node with that of the step that ends there, if there is one. The gradient includes the resulting dependence on
+    /// node; for [`Sum::AllNodes`] and a single node with that of the step that ends there, if there is one. The gradient includes the resulting dependence on
     /// neighbouring controls and step lengths.
     pub u_dot: SVector<S, K>,
     /// Time, s.
@@ -181,10 +181,15 @@ pub trait ParameterFormula<const N: usize> {
 }
 
 /// Rule by which the values of a cost at the nodes are summed.
+///
+/// The nodes are those of the given grid, 0 … N, including those between the steps of a composed step. Nodes that halved steps insert count in
+/// [`Sum::Integral`] alone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sum {
-    /// Σ h_i over i = 0 … N − 1, as in Eq. (5).
+    /// Σ h_i over i = 0 … N − 1, as in Eq. (5): without the last node, where [`Sum::Terminal`] counts.
     Plain,
+    /// Σ h_i over all nodes, i = 0 … N: for a soft maximum or a penalty that must see the last node, too.
+    AllNodes,
     /// Σ Δt_{i+1} h_i over i = 0 … N − 1: the rectangle rule for ∫ h dt.
     Rectangle,
     /// Σ Δt_i (h_{i−1} + h_i)/2 over i = 1 … N: the trapezoidal rule for ∫ h dt.

@@ -117,7 +117,7 @@ impl Grid {
     /// Restarts ([`Settings`](crate::Settings)) take place at ends of macro steps only, and the motion keeps its order.
     ///
     /// A running cost with [`Sum::Trapezoidal`](crate::Sum::Trapezoidal) is the same scheme applied to J̇ = h and has its order;
-    /// [`Sum::Plain`](crate::Sum::Plain) and [`Sum::Rectangle`](crate::Sum::Rectangle) do not.
+    /// [`Sum::Plain`](crate::Sum::Plain), [`Sum::AllNodes`](crate::Sum::AllNodes) and [`Sum::Rectangle`](crate::Sum::Rectangle) do not.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Composition, Grid};

@@ -105,7 +105,7 @@ impl<'s> Solver<'s> {
     /// The given grid determines beginning and end of the motion and the kinks of controls; these nodes remain, and controls are the same
     /// functions of time. Schemes of even order need two motions: the first determines steps by their errors alone, the second uses steps
     /// between these and equal ones, on which errors cancel better. The new grid is ordinary data, and the gradient on it is exact. A cost
-    /// summed over nodes ([`Sum::Plain`](crate::Sum::Plain)) has another meaning on it; use [`Sum::Integral`](crate::Sum::Integral) for
+    /// summed over nodes ([`Sum::Plain`](crate::Sum::Plain), [`Sum::AllNodes`](crate::Sum::AllNodes)) has another meaning on it; use [`Sum::Integral`](crate::Sum::Integral) for
     /// integrals. Derivatives with respect to step lengths refer to the new steps.
     ///
     /// ```

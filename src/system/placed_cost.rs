@@ -176,7 +176,7 @@ impl PlacedCost {
                 rows.integrand_before += before;
                 rows.integrand_after += after;
             }
-            Sum::Plain | Sum::Terminal | Sum::Node(_) => {}
+            Sum::Plain | Sum::AllNodes | Sum::Terminal | Sum::Node(_) => {}
         }
     }
 

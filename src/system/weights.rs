@@ -85,6 +85,7 @@ impl<R: Real> Weights<R> {
             (Sum::Rectangle, Some(given)) => Some(given.rectangle),
             (Sum::Trapezoidal, Some(given)) => Some(given.trapezoidal),
             (Sum::Terminal, Some(given)) => Some(given.terminal),
+            (Sum::AllNodes, Some(given)) => (given.node.is_some() && self.side.has_before()).then(R::one),
             (Sum::Node(node), Some(given)) => (given.node == Some(node) && self.side.has_before()).then(R::one),
         }
     }

@@ -19,7 +19,7 @@ const WEIGHT: f64 = 0.3;
 
 #[test]
 fn every_way_of_summing_gives_the_sum_written_by_hand() {
-    for sum in [Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral, Sum::Terminal, Sum::Node(17)] {
+    for sum in [Sum::Plain, Sum::AllNodes, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral, Sum::Terminal, Sum::Node(17)] {
         let cart = CartPendulum::with_links(2);
         let CartScene { mut scene, links, .. } = cart.mechanism();
         let [_, _, angle] = links[1].coordinates;
@@ -42,6 +42,7 @@ fn every_way_of_summing_gives_the_sum_written_by_hand() {
         let (dt, last) = (&inputs.grid.steps, inputs.grid.steps.len());
         let by_hand: f64 = match sum {
             Sum::Plain => (0..last).map(h).sum(),
+            Sum::AllNodes => (0..=last).map(h).sum(),
             Sum::Rectangle => (0..last).map(|i| dt[i] * h(i)).sum(),
             Sum::Trapezoidal | Sum::Integral => (1..=last).map(|i| dt[i - 1] * 0.5 * (h(i - 1) + h(i))).sum(),
             Sum::Terminal => h(last),

@@ -155,7 +155,9 @@ fn with_outputs() -> System {
     let mut cart = CartPendulum::with_links(1).mechanism();
     let (x, force) = (cart.cart.coordinates[0], cart.force);
     let single = [0, 57, 200].map(Sum::Node);
-    let ways = [Sum::Integral, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Terminal].into_iter().chain(single);
+    let ways = [Sum::Integral, Sum::Plain, Sum::AllNodes, Sum::Rectangle, Sum::Trapezoidal, Sum::Terminal]
+        .into_iter()
+        .chain(single);
     for (k, sum) in ways.enumerate() {
         let (output, name) = (cart.scene.output(&format!("output {k}")), format!("seen {k}"));
         cart.scene.term(output, &name, Dragged, sum, [x], [], [force], []);

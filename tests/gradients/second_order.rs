@@ -85,7 +85,7 @@ fn products_of_the_cart_are_exact() {
 
 #[test]
 fn products_are_exact_for_loops_and_design_variables() {
-    for sum in [Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral, Sum::Node(3)] {
+    for sum in [Sum::Plain, Sum::AllNodes, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral, Sum::Node(3)] {
         for (name, build) in [("four bar", Bench::four_bar as fn(&mut Bench)), ("five bar", Bench::five_bar)] {
             let mut bench = Bench::new();
             build(&mut bench);

@@ -20,7 +20,7 @@ fn runaway(sum: Sum) -> (System, Inputs) {
 
 #[test]
 fn the_gradient_on_halved_steps_is_exact_for_every_way_to_sum_a_cost() {
-    for sum in [Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Terminal] {
+    for sum in [Sum::Plain, Sum::AllNodes, Sum::Rectangle, Sum::Trapezoidal, Sum::Terminal] {
         let (system, inputs) = runaway(sum);
         let mut solver = Solver::new(&system, Settings::default());
         solver.simulate(&inputs).expect("motion");

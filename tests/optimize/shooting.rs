@@ -316,7 +316,7 @@ fn a_terminal_cost_is_an_output_to_minimise() {
 
 #[test]
 fn rates_of_controls_are_those_of_one_motion_at_cuts_too() {
-    for sum in [Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral] {
+    for sum in [Sum::Plain, Sum::AllNodes, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral] {
         let mut scene = Scene::new();
         let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
         let force = scene.control("force");
@@ -351,7 +351,7 @@ fn sums_and_readings_are_those_of_one_motion() {
         let [force, rail] = [scene.control("force"), scene.control("another")];
         scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
         let x = cart.coordinates[0];
-        let ways = (0..9).map(Sum::Node).chain([Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral]);
+        let ways = (0..9).map(Sum::Node).chain([Sum::Plain, Sum::AllNodes, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral]);
         for (k, sum) in ways.enumerate() {
             scene.cost(&format!("place {k}"), Angle, sum, [x], [], [], [(0.1 * k as f64).into()]);
             let output = scene.output(&format!("output {k}"));

@@ -187,7 +187,7 @@ impl Bytes<'_> {
         use TermKind::*;
         Term {
             kind: [Everything, Coordinate, Effort, Reaction, Momentum][self.below(5)],
-            sum: [Sum::Terminal, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral][self.below(5)],
+            sum: [Sum::Terminal, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral, Sum::AllNodes][self.below(6)],
             body: self.index(),
             multiplier: self.index(),
             control: self.index(),

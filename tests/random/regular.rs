@@ -117,7 +117,7 @@ fn term() -> impl Strategy<Value = Term> {
         Just(TermKind::Momentum),
         Just(TermKind::Everything),
     ];
-    let sum = select(vec![Sum::Terminal, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral]);
+    let sum = select(vec![Sum::Terminal, Sum::Plain, Sum::AllNodes, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral]);
     (kind, sum, any_of(), any_of(), any_of(), signed(0.2, 2.0), binding()).prop_map(
         |(kind, sum, body, multiplier, control, weight, binding)| Term {
             kind,

@@ -66,7 +66,7 @@ fn jerk(sums: &[Sum]) -> System {
 
 #[test]
 fn rates_of_controls_have_exact_gradients_on_all_grids() {
-    let all = [Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral, Sum::Terminal];
+    let all = [Sum::Plain, Sum::Rectangle, Sum::Trapezoidal, Sum::Integral, Sum::Terminal, Sum::AllNodes];
     let uneven = Grid::new(0.1, (1..6).map(|k| 0.01 * k as f64).collect());
     let plain = Settings::default();
     for sums in [&all[..], &all[2..3], &all[3..4]] {
@@ -109,6 +109,7 @@ fn integrals_over_rates_of_controls_are_those_of_the_linear_pieces() {
             (Sum::Trapezoidal, 10.0),
             (Sum::Integral, 10.0),
             (Sum::Plain, 100.0),
+            (Sum::AllNodes, 100.0),
             (Sum::Terminal, 100.0),
             (Sum::Node(0), 0.0),
             (Sum::Node(1), 0.0),
