@@ -162,7 +162,7 @@ impl Scalar for Fingerprint {
     }
     functions! {
         abs 25; recip 10; sqrt 11; exp 12; exp_m1 13; ln 14; ln_1p 15; sin 16; cos 17; tan 18; asin 19; acos 20; atan 21; sinh 22; cosh 23;
-        tanh 24;
+        tanh 24; signum 28;
     }
 }
 
@@ -177,7 +177,7 @@ mod tests {
 
     #[test]
     fn formulas_have_different_fingerprints_unless_they_are_the_same() {
-        let formulas: [fn(Fingerprint, Fingerprint) -> Fingerprint; 20] = [
+        let formulas: [fn(Fingerprint, Fingerprint) -> Fingerprint; 22] = [
             |x, _| x,
             |_, y| y,
             |x, y| x + y,
@@ -193,6 +193,8 @@ mod tests {
             |x, _| x.powi(2),
             |x, _| x.powf(2.0),
             |x, _| x.abs(),
+            |x, _| x.signum(),
+            |x, y| x.pow(y),
             |x, y| x.max(y),
             |x, y| x.min(y),
             |x, _| x.max(Fingerprint::from(2.0)),

@@ -1,6 +1,6 @@
 //! The number types: [`Scalar`] is all that model code sees, [`Real`](super::real::Real) is what a simulation runs on.
 
-use nalgebra::Scalar as MatrixEntry;
+use nalgebra::{SMatrix, Scalar as MatrixEntry};
 use num_dual::DualNum;
 use num_traits::{One, Zero};
 use std::iter::Sum;
@@ -135,6 +135,28 @@ pub trait Scalar:
     /// The smaller of two numbers, compared by their real values; `self` if either is NaN.
     fn min(&self, other: Self) -> Self {
         if other.re() < self.re() { other } else { *self }
+    }
+
+    /// The number brought between two bounds, `x.clamp(-1.0, 1.0)`: the derivative is that of x within them and that of the bound beyond; at a bound it is that
+    /// of x. The upper bound wins where it is below the lower one.
+    fn clamp(&self, low: impl Into<Self>, high: impl Into<Self>) -> Self {
+        self.max(low.into()).min(high.into())
+    }
+
+    /// −1 below zero and 1 elsewhere, also at ±0, by the real value; the derivative is zero.
+    fn signum(&self) -> Self {
+        Self::from(if self.re() < 0.0 { -1.0 } else { 1.0 })
+    }
+
+    /// xⁿ for an exponent n that is a number of the formula, x > 0; [`powf`](Self::powf) for a constant one.
+    fn pow(&self, n: Self) -> Self {
+        (self.ln() * n).exp()
+    }
+
+    /// The matrix R of a rotation by this angle (rad) in the plane: `phi.rotation() * s` is the vector s of a body's frame in the inertial frame.
+    fn rotation(&self) -> SMatrix<Self, 2, 2> {
+        let (sin, cos) = self.sin_cos();
+        SMatrix::from([[cos, sin], [-sin, cos]])
     }
 
     /// √(x² + y²), not differentiable at the origin.

@@ -187,6 +187,6 @@ impl Scalar for Symbol {
     }
     functions! {
         recip Reciprocal; sqrt Sqrt; exp Exp; exp_m1 ExpM1; ln Ln; ln_1p Ln1p; sin Sin; cos Cos; tan Tan; asin Asin; acos Acos; atan Atan;
-        sinh Sinh; cosh Cosh; tanh Tanh; abs Abs;
+        sinh Sinh; cosh Cosh; tanh Tanh; abs Abs; signum Sign;
     }
 }

@@ -1,7 +1,8 @@
 //! A model function is written once and gives the same value on every number type.
 
 use hamiltonian_adjoint::planar::Revolute;
-use hamiltonian_adjoint::{Constraint, Cx, Scalar};
+use hamiltonian_adjoint::scenes::AngleError;
+use hamiltonian_adjoint::{Constraint, Cx, Force, ForcePoint, Grid, Inputs, Scalar, Scene, Settings, Sum, check, gradient};
 use nalgebra::SVector;
 use num_dual::{Dual, Dual2_64, Dual2SVec, Dual2SVec64, Dual64, DualSVec, DualSVec64};
 
@@ -15,6 +16,9 @@ impl Constraint<3, 3, 2> for Model {
         let growing = (q[1] * q[1] + b[1]).sqrt() + (-q[0]).exp() + q[1].exp_m1() + q[2].ln_1p() + (q[0] + 1.0).ln();
         let other = q[0].sinh() + q[1].cosh() + q[2].tanh() + q[1].atan2(q[0]) + q[0].hypot(q[2]) + q[2].powf(2.5);
         let branching = q[0].abs() + q[1].max(q[2]) + q[1].min(q[2]) + (q[0] + 2.0).recip();
+        let branching = branching + (-q[0]).signum() * q[1] + q[1].clamp(0.1, b[1]) + (q[2] - 2.0).clamp(-q[1], 1.0);
+        let turned = q[1].rotation() * SVector::from([q[0], b[0]]);
+        let branching = branching + turned[0] * turned[1] + q[0].pow(q[1]);
         SVector::from([trigonometric * t, growing - other, branching / (t + 1.0)])
     }
 }
@@ -370,4 +374,36 @@ fn a_high_power_at_zero_is_zero_with_zero_derivatives() {
     let x = Dual2_64::new(0.0, 1.0, 0.0);
     let y = Scalar::powf(&x, 3.5);
     assert_eq!((y.re, y.v1, y.v2), (0.0, 0.0, 0.0));
+}
+/// Clamped, signed and turned numbers, and powers with an exponent that moves; b = [bound, exponent].
+struct Shaped;
+
+impl Force<2, 0, 2> for Shaped {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 0>, b: &SVector<S, 2>) -> SVector<S, 2> {
+        let stretch = (at.q.dot(&at.q) + 1.0).pow(b[1] * at.q[0]);
+        at.q[1].rotation() * SVector::from([-(stretch * 0.1), at.q[0].clamp(-0.1, b[0]) * at.q[1].signum()])
+    }
+}
+
+/// Programs, dual numbers and complex step take the same side of each branch, and the formula has a program.
+#[test]
+fn clamped_signed_and_turned_numbers_have_exact_gradients() {
+    for q in [[0.05, 0.7], [0.9, -0.4], [-0.6, 0.3]] {
+        let build = || {
+            let mut scene = Scene::new();
+            let bob = scene.particle("bob", 1.3, q);
+            let b = [scene.design("bound", 0.2), scene.design("exponent", 1.7)];
+            scene.force("shaped", Shaped, bob.coordinates, [], b.map(Into::into));
+            scene.cost("place", AngleError, Sum::AllNodes, [bob.coordinates[0]], [], [], [0.3.into()]);
+            scene
+        };
+        let system = build().compile().expect("a scene");
+        assert_eq!(system.without_programs().count(), 0);
+        let inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.02));
+        let plain = build().compile_without_programs().expect("a scene");
+        let [with, without] =
+            [&system, &plain].map(|system| gradient(system, &inputs, Settings::default()).expect("a gradient"));
+        assert!((&with.design - &without.design).amax() <= 1e-14 * with.design.amax());
+        check::gradient(&system, &inputs, Settings::default()).run().expect("a report").assert_passed();
+    }
 }
