@@ -1,16 +1,19 @@
 //! Parameters as text: `mass * length ^ 2 / 12`, design variables by their names, in backticks where these are no words.
+//!
+//! Parts of a long formula stand before it, each with a semicolon behind it: in `mass * length; $1 * $1 / 12` is `$1` the first of them.
+
+use std::collections::HashMap;
 
 use super::{Param, Source};
 use crate::Scalar;
 use crate::model::expressions;
 use crate::program::{Expression, Function, Graph, Node};
 
-/// Parentheses and functions within each other.
+/// Parentheses and functions within each other that are read.
 const DEEPEST: usize = 60;
-/// Shared parts are written out wherever they stand.
-const LONGEST: usize = 20_000;
-/// Sums of more terms are not written, which would take a stack as high as the sum is long.
-const MOST_TERMS: usize = 1000;
+/// A part of a formula that is longer, or deeper, is written once before it, and called by its number.
+const LONGEST_PART: usize = 1000;
+const DEEPEST_PART: usize = 20;
 
 const FUNCTIONS: [(&str, Function); 16] = [
     ("sqrt", Function::Sqrt),
@@ -38,25 +41,25 @@ const OF_TWO: [OfTwo; 3] =
     [("atan2", f64::atan2, Graph::atan2), ("max", Scalar::max, Graph::max), ("min", Scalar::min, Graph::min)];
 
 impl Param {
-    /// As text; none if that is very long, or if a text cannot say it.
+    /// As text; none if a text cannot say it.
     pub(crate) fn text(&self, designs: &[&str]) -> Option<String> {
         let times = |what: String| match self.factor {
             1.0 => what,
             -1.0 => format!("-{what}"),
             factor => format!("{factor:?} * {what}"),
         };
-        let text = match self.of {
+        match self.of {
             Source::One => Some(format!("{:?}", self.factor)),
             Source::Design(design) => Some(times(quoted(designs[design.index()])?)),
             Source::Expression(expression) => {
                 let text = expressions::with(expression.scene, |graph| {
-                    Writer { graph, designs, room: LONGEST, depth: 0 }.write(expression.node)
+                    Writer { graph, designs, written: HashMap::new(), parts: Vec::new() }.write(expression.node)
                 });
-                text.flatten().map(|(text, binding)| times(bracketed(text, binding, Binding::Factor)))
+                let (parts, Written { text, binding }) = text.flatten()?;
+                Some(parts + &times(bracketed(&text, binding, Binding::Factor)))
             }
             Source::Gravity(_) | Source::Value(_) | Source::Foreign => None,
-        };
-        text.filter(|text| deepest(text) <= DEEPEST)
+        }
     }
 
     /// What a text says.
@@ -64,11 +67,15 @@ impl Param {
     /// # Errors
     /// The column of what is wrong, and what it is.
     pub(crate) fn read(text: &str, design: impl Fn(&str) -> Option<Param>) -> Result<Param, (usize, String)> {
-        let mut reader = Reader { text, at: 0, design: &design, depth: 0 };
-        let result = reader.sum()?;
-        match reader.next() {
-            None => Ok(result),
-            Some(other) => Err(reader.wrong(&format!("`{other}` where the formula should end"))),
+        let mut reader = Reader { text, at: 0, design: &design, depth: 0, parts: Vec::new() };
+        loop {
+            let result = reader.sum()?;
+            match reader.next() {
+                None => return Ok(result),
+                Some(';') => reader.at += 1,
+                Some(other) => return Err(reader.wrong(&format!("`{other}` where the formula should end"))),
+            }
+            reader.parts.push(result);
         }
     }
 }
@@ -107,23 +114,40 @@ enum Binding {
     Whole,
 }
 
-fn bracketed(text: String, binding: Binding, least: Binding) -> String {
-    if binding < least { format!("({text})") } else { text }
+fn bracketed(text: &str, binding: Binding, least: Binding) -> String {
+    if binding < least { format!("({text})") } else { text.to_string() }
+}
+
+/// The text of a node.
+struct Written {
+    text: String,
+    binding: Binding,
 }
 
 struct Writer<'a> {
     graph: &'a Graph,
     designs: &'a [&'a str],
-    /// Nodes that may still be written.
-    room: usize,
-    /// Nodes within which the next one stands.
-    depth: usize,
+    written: HashMap<Node, Written>,
+    /// What stands before the formula.
+    parts: Vec<String>,
 }
 
 impl Writer<'_> {
-    fn write(&mut self, node: Node) -> Option<(String, Binding)> {
+    /// The parts and the formula itself. Nodes are written before those that are made of them, so that no stack grows with a formula.
+    fn write(mut self, node: Node) -> Option<(String, Written)> {
+        for node in self.graph.reachable([node]) {
+            let (mut text, mut binding) = self.formula(node)?;
+            if text.len() > LONGEST_PART || deepest(&text) > DEEPEST_PART {
+                self.parts.push(text + "; ");
+                (text, binding) = (format!("${}", self.parts.len()), Binding::Whole);
+            }
+            self.written.insert(node, Written { text, binding });
+        }
+        Some((self.parts.concat(), self.written.remove(&node)?))
+    }
+
+    fn formula(&self, node: Node) -> Option<(String, Binding)> {
         use Expression::{Add, Atan2, Constant, Divide, Input, IntegerPower, Max, Min, Multiply, Of, Power, Subtract};
-        self.room = self.room.checked_sub(1)?;
         let expression = self.graph.expression(node);
         Some(match expression {
             Constant(bits) if f64::from_bits(bits).is_sign_negative() => (finite(f64::from_bits(bits))?, Binding::Sum),
@@ -163,11 +187,8 @@ impl Writer<'_> {
         })
     }
 
-    fn part(&mut self, node: Node, least: Binding) -> Option<String> {
-        self.depth += 1;
-        let (text, binding) = (self.depth <= MOST_TERMS).then(|| self.write(node))??;
-        self.depth -= 1;
-        (text.len() <= LONGEST).then(|| bracketed(text, binding, least))
+    fn part(&self, node: Node, least: Binding) -> Option<String> {
+        self.written.get(&node).map(|Written { text, binding }| bracketed(text, *binding, least))
     }
 }
 
@@ -177,6 +198,7 @@ struct Reader<'a> {
     at: usize,
     design: &'a dyn Fn(&str) -> Option<Param>,
     depth: usize,
+    parts: Vec<Param>,
 }
 
 type Read<T> = Result<T, (usize, String)>;
@@ -263,6 +285,14 @@ impl Reader<'_> {
                 let result = self.variable(&name[..end])?;
                 self.at += end + 2;
                 Ok(result)
+            }
+            Some('$') => {
+                let digits = &self.text[self.at + 1..];
+                let digits = &digits[..digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len())];
+                let part = digits.parse().ok().and_then(|which: usize| self.parts.get(which.checked_sub(1)?)).copied();
+                let part = part.ok_or_else(|| self.wrong(&format!("no part before it is `${digits}`")))?;
+                self.at += 1 + digits.len();
+                Ok(part)
             }
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
             Some(c) if c.is_alphabetic() || c == '_' => self.word(),
