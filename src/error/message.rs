@@ -118,7 +118,7 @@ impl fmt::Display for Error {
             ),
             Error::SingularMass { coordinates, time } => write!(
                 f,
-                "at t = {} s the mass matrix is singular on the admissible velocities; coordinates that move without kinetic energy: {}; \
+                "at t = {} s the mass matrix is singular, because these coordinates have neither inertia nor a joint that determines them: {}; \
                  give each a mass or inertia, however small, or a constraint that determines it (a force or a spring does not)",
                 seconds(*time),
                 coordinates.join(", ")

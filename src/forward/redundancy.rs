@@ -18,7 +18,7 @@ use crate::forward::ForwardSweep;
 use crate::motion::Compliances;
 use crate::node::Newton;
 use crate::number::larger;
-use crate::system::{Covector, NodeView, Pair, StateRows};
+use crate::system::{Covector, ElementKind, Entry, NodeView, Pair, StateRows};
 use crate::{Error, Settings, System, Warning};
 
 /// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below what is asked of a motion.
@@ -38,7 +38,7 @@ const SHARE: f64 = 1e-5;
 ///
 /// The evaluation must stand at the start. Without success everything is as before.
 pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>, scaled: Option<&Scaled>) -> bool {
-    let masses = masses(&forward.stepper.newton, system);
+    let masses = apparent_masses(&forward.stepper.newton, system, at);
     let flexibility = flexibilities(system, at, &masses);
     let shared = of_loops(system, &flexibility);
     if shared.is_empty() {
@@ -137,7 +137,7 @@ pub(crate) fn root_flexibility(compliance: f64) -> f64 {
 
 /// The compliances of the equations that close loops, at the point where the evaluation stands.
 pub(super) fn compliances(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<(usize, f64)> {
-    of_loops(system, &flexibilities(system, at, &masses(newton, system)))
+    of_loops(system, &flexibilities(system, at, &apparent_masses(newton, system, at)))
 }
 
 /// diag(M) where the evaluation stands.
@@ -147,12 +147,25 @@ pub(crate) fn masses(newton: &Newton, system: &System) -> Vec<f64> {
     let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], StateRows::new(n, m));
     let mut masses = vec![0.0; n];
     // M times the sum of unit vectors of which none is coupled with another: the diagonal entries of all of them.
-    for uncoupled in system.uncoupled_coordinates() {
+    for uncoupled in system.uncoupled_coordinates(&[ElementKind::Kinetic]) {
         uncoupled.iter().for_each(|&i| unit[i] = 1.0);
         evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
         uncoupled.iter().for_each(|&i| (masses[i], unit[i]) = (rows.v[i], 0.0));
     }
     masses
+}
+
+/// diag(M) where the evaluation stands; of a coordinate without inertia, what its constraints bring it of that of others: Σ_j Φ_ji² / (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj.
+pub(crate) fn apparent_masses(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<f64> {
+    let masses = masses(newton, system);
+    let mut apparent = masses.clone();
+    if masses.contains(&0.0) {
+        let flexibilities = flexibilities(system, at, &masses);
+        let has_none = |entry: &&Entry| masses[entry.col] == 0.0 && flexibilities[entry.row] > 0.0;
+        let entries = system.phi_q(at);
+        entries.iter().filter(has_none).for_each(|e| apparent[e.col] += e.value * e.value / flexibilities[e.row]);
+    }
+    apparent
 }
 
 /// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations, with these masses.

@@ -106,6 +106,11 @@ impl Evaluation {
         self.linear.set_compliance(compliance);
     }
 
+    /// Takes over what is added to the inertia of coordinates, for factors that serve as a preconditioner.
+    pub(crate) fn set_inertia(&mut self, inertia: &[(usize, f64)]) {
+        self.linear.set_inertia(inertia);
+    }
+
     /// Equations that have a compliance, and their μ.
     pub(crate) fn compliance(&self) -> &Compliances {
         self.linear.compliance()

@@ -12,6 +12,8 @@ pub(super) struct LinearPart {
     entries: Vec<(usize, [f64; 3])>,
     /// μ of the equations that depend on others.
     compliance: Vec<(usize, f64)>,
+    /// Coordinates and what is added to their inertia.
+    inertia: Vec<(usize, f64)>,
     /// The half steps met last; `oldest` is the next to be replaced.
     steps: Vec<f64>,
     oldest: usize,
@@ -51,6 +53,14 @@ impl LinearPart {
         }
     }
 
+    /// Takes over what is added to the inertia of coordinates.
+    pub(super) fn set_inertia(&mut self, inertia: &[(usize, f64)]) {
+        if self.inertia != inertia {
+            self.inertia = inertia.to_vec();
+            self.forget();
+        }
+    }
+
     /// Equations that have a compliance, and their μ.
     pub(super) fn compliance(&self) -> &Compliances {
         &self.compliance
@@ -86,12 +96,10 @@ impl LinearPart {
         // Not to be found again if what follows fails.
         self.steps[which] = f64::NAN;
         let entries = self.entries.iter().map(|&(place, [l_0, l_1, l_2])| (place, l_0 + h * (l_1 + h * l_2)));
-        let diagonal = |&(j, mu): &(usize, f64)| {
-            let unknown = system.n() + j;
-            system.symbolic().place(unknown, unknown).map(|place| (place, -mu))
-        };
-        let compliances = self.compliance.iter().filter_map(diagonal);
-        matrix.set_constant(system.symbolic(), which, entries.chain(compliances))?;
+        let compliances = self.compliance.iter().map(|&(j, mu)| (system.n() + j, -mu));
+        let diagonal = compliances.chain(self.inertia.iter().copied());
+        let diagonal = diagonal.filter_map(|(unknown, x)| system.symbolic().place(unknown, unknown).map(|place| (place, x)));
+        matrix.set_constant(system.symbolic(), which, entries.chain(diagonal))?;
         self.steps[which] = h;
         Ok(())
     }

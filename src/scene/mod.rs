@@ -18,7 +18,7 @@ use crate::model::element::{Constraint, Force, KineticEnergy, ParameterFormula, 
 use crate::model::{Control, Coordinate, Design, Drawn, Frame, Multiplier, Param, Point, SceneTag, Shape};
 use crate::number::guarded;
 use crate::program::{Obstacle, Symbol, record};
-use crate::system::{AnyElement, Applied, Holonomic, Kinetic, Parts, PlacedElement, Potential, Restricted, Typed};
+use crate::system::{AnyElement, Applied, Holonomic, Kinetic, Parts, PlacedElement, Potential, Required, Restricted, Typed};
 use crate::{Error, System};
 pub use costs::EndState;
 use ready::{Added, Recipe};
@@ -325,11 +325,21 @@ impl Scene {
 
     /// Notes that a parameter must be positive: checked when the scene is compiled and before every run.
     pub(crate) fn require_positive(&mut self, param: Param, what: String) {
+        self.note_required(Required { param, what, may_be_zero: false });
+    }
+
+    /// Notes that a parameter must be positive or zero.
+    pub(crate) fn require_inertia(&mut self, param: Param, what: String) {
+        self.note_required(Required { param, what, may_be_zero: true });
+    }
+
+    fn note_required(&mut self, required: Required) {
         // Before its element calls it by a number.
-        if !param.factor().is_finite() {
-            self.report(Error::NotFinite { what: what.clone(), value: param.factor() });
+        let value = required.param.factor();
+        if !value.is_finite() {
+            self.report(Error::NotFinite { what: required.what.clone(), value });
         }
-        self.parts.positive.push((param, what));
+        self.parts.positive.push(required);
     }
 
     /// Notes how a part is drawn.

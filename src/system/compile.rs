@@ -5,7 +5,7 @@ use super::element::{Element, Formulas, Recordings};
 use super::jet::ElementKind;
 use super::names::Names;
 use super::parameters::Parameters;
-use super::parts::Parts;
+use super::parts::{Parts, Required};
 use super::point::Layout;
 use super::terms::Terms;
 use super::{Batch, CostMemory, NodeView, Positions, System, structure};
@@ -24,7 +24,7 @@ impl System {
         let mut resolve = |param: Param| parameters.resolve(param, &gravity);
         scene.batches.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
         scene.costs.resolve(&mut resolve);
-        scene.positive.iter_mut().for_each(|(param, _)| *param = resolve(*param));
+        scene.positive.iter_mut().for_each(|required| required.param = resolve(required.param));
         parameters.differentiate();
         let names = Names::new(&scene);
         let (mut batches, mut costs) = (scene.batches, scene.costs);
@@ -154,11 +154,12 @@ fn fingerprint(batches: &[Batch], costs: &Costs) -> u64 {
     sum.value(take_look())
 }
 
-pub(super) fn check_positive(positive: &[(Param, String)], design: &[f64]) -> Result<(), Error> {
-    for (param, what) in positive {
+pub(super) fn check_positive(positive: &[Required], design: &[f64]) -> Result<(), Error> {
+    for Required { param, what, may_be_zero } in positive {
         let value: f64 = param.value(design);
-        if !(value > 0.0 && value.is_finite()) {
-            return Err(Error::Parameter { what: what.clone(), value, must_be: "positive and finite" });
+        if !((value > 0.0 || *may_be_zero && value == 0.0) && value.is_finite()) {
+            let must_be = if *may_be_zero { "finite and not negative" } else { "positive and finite" };
+            return Err(Error::Parameter { what: what.clone(), value, must_be });
         }
     }
     Ok(())

@@ -52,7 +52,7 @@ pub(super) struct Groups {
 
 pub(super) fn groups(
     (elements, batches): (&[Element], &[Batch]),
-    blocks: &[Range<usize>],
+    (blocks, inertia): (&[Range<usize>], &[f64]),
     (n, m): (usize, usize),
     at: &NodeView<f64>,
 ) -> Groups {
@@ -63,6 +63,11 @@ pub(super) fn groups(
     let phi_q = [*at, NodeView { q: &moved, ..*at }].map(|at| jacobian(batches, m, &at));
     let body = |(range, &parent): (&Range<usize>, _)| Group { unknowns: range.clone().collect(), parent, after: Vec::new() };
     let mut groups: Vec<Group> = blocks.iter().zip(&tree.parent).map(body).collect();
+    // A body without inertia of its own has that of the bodies it carries.
+    for (child, parent) in tree.parent.iter().enumerate() {
+        let parent = parent.filter(|&parent| inertia[blocks[parent].clone()].contains(&0.0));
+        parent.into_iter().for_each(|parent| groups[parent].after.push(Branch { from: child, length: 1 }));
+    }
     let mut owned: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
     let mut loop_equations = Vec::new();
     for joint in joints {

@@ -76,7 +76,7 @@ pub(crate) use holonomic::Holonomic;
 pub(crate) use item::PlacedElement;
 pub(crate) use known::{Given, KnownPart};
 pub(crate) use lost::Order;
-pub(crate) use parts::Parts;
+pub(crate) use parts::{Parts, Required};
 pub(crate) use placed_cost::PlacedCost;
 pub(crate) use plain_cost::Fixed;
 pub(crate) use position::PositionConstraints;
@@ -97,7 +97,7 @@ use crate::number::Real;
 use crate::program::Obstacle;
 use compile::check_positive;
 pub(crate) use element::Formulas;
-use jet::ElementKind;
+pub(crate) use jet::ElementKind;
 use names::Names;
 use parameters::Parameters;
 use plain::{add_sums, write_phi};
@@ -128,7 +128,7 @@ pub struct System {
     initial: Vec<f64>,
     design: Vec<f64>,
     parameters: Parameters,
-    positive: Vec<(Param, String)>,
+    positive: Vec<Required>,
     sketch: Sketch,
     /// The number of the scene.
     scene: u64,

@@ -1,5 +1,7 @@
 //! Names for reports and error messages.
 
+use std::ops::Range;
+
 use super::parts::Parts;
 use crate::error::quoted;
 use crate::linear::Breakdown;
@@ -61,6 +63,14 @@ impl System {
     /// If `j` is not less than [`m`](Self::m).
     pub fn equation_name(&self, j: usize) -> &str {
         &self.names.equations[j]
+    }
+
+    /// The equations of each constraint.
+    pub(crate) fn equations_of_constraints(&self) -> impl Iterator<Item = Range<usize>> {
+        self.names.constraints.iter().scan(0, |first, (_, count)| {
+            *first += count;
+            Some(*first - count..*first)
+        })
     }
 
     /// The names of the constraints with their numbers of equations, in the order of these.

@@ -34,7 +34,7 @@ pub(crate) struct Parts {
     pub(crate) batches: Vec<Batch>,
     pub(crate) costs: Costs,
     /// Parameters with a range of values that make sense, and their descriptions.
-    pub(crate) positive: Vec<(Param, String)>,
+    pub(crate) positive: Vec<Required>,
 }
 
 impl Parts {
@@ -45,4 +45,11 @@ impl Parts {
             None => self.batches.push(Batch { of, items: vec![item] }),
         }
     }
+}
+
+/// A parameter that must be positive, or may be zero as well.
+pub(crate) struct Required {
+    pub(crate) param: Param,
+    pub(crate) what: String,
+    pub(crate) may_be_zero: bool,
 }

@@ -56,7 +56,16 @@ pub(super) fn analyse(
     at: &NodeView<f64>,
 ) -> Analysis {
     let (mut entries, mut constant) = entries(elements, (n, m));
-    let Groups { groups, loop_equations } = groups::groups((elements, batches), blocks, (n, m), at);
+    let mut values = Constants::new(n);
+    constants(elements, at.design, &mut values);
+    // What has no inertia of its own has no pivot ahead of what determines it.
+    let mut inertia = vec![0.0; n];
+    let diagonal = values.tangent().filter(|(row, col, power, _)| row == col && *power == 0 && *row < n);
+    diagonal.for_each(|(i, _, _, value)| inertia[i] += value);
+    let varying = elements.iter().filter(|e| e.kind() == ElementKind::Kinetic && !e.formula.varying.is_empty());
+    varying.flat_map(|element| &element.q).for_each(|&i| inertia[i] = f64::INFINITY);
+    inertia.iter().zip(&mut constant).for_each(|(inertia, constant)| *constant &= *inertia != 0.0);
+    let Groups { groups, loop_equations } = groups::groups((elements, batches), (blocks, &inertia), (n, m), at);
     // Room for a compliance, should the loops depend on each other.
     for &j in &loop_equations {
         entries.push((n + j, n + j));
@@ -64,8 +73,6 @@ pub(super) fn analyse(
     }
     let symbolic = Symbolic::analyse(&Pattern { size: n + m, entries, constant, groups });
     let slot = |row, col| symbolic.slot(row, col).unwrap_or_default();
-    let mut values = Constants::new(n);
-    constants(elements, at.design, &mut values);
     let position = |unknown| symbolic.position(unknown);
     let sines = Sines::new(values.waves, &Places { n, position, slot });
     Analysis { symbolic, sines, loop_equations }
@@ -93,10 +100,11 @@ fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>
 }
 
 impl System {
-    /// All coordinates in a few lists, of which none holds two coordinates of one kinetic energy: M couples none of a list with another.
-    pub(crate) fn uncoupled_coordinates(&self) -> Vec<Vec<usize>> {
-        let kinetic = self.formulas.elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
-        let energies: Vec<&[usize]> = kinetic.map(|element| element.q.as_slice()).collect();
+    /// All coordinates in a few lists, of which none holds two coordinates of one element of these kinds; of kinetic energies: M couples none of a list with
+    /// another.
+    pub(crate) fn uncoupled_coordinates(&self, kinds: &[ElementKind]) -> Vec<Vec<usize>> {
+        let elements = self.formulas.elements.iter().filter(|element| kinds.contains(&element.kind()));
+        let energies: Vec<&[usize]> = elements.map(|element| element.q.as_slice()).collect();
         let mut of_coordinate = vec![Vec::new(); self.n];
         for (e, q) in energies.iter().enumerate() {
             q.iter().for_each(|&i| of_coordinate[i].push(e));
@@ -124,7 +132,7 @@ mod tests {
     fn coordinates_of_a_long_chain_are_uncoupled_in_few_lists() {
         for links in [1, 300] {
             let system = CartPendulum::with_links(links).scene().compile().expect("a scene");
-            let lists = system.uncoupled_coordinates();
+            let lists = system.uncoupled_coordinates(&[ElementKind::Kinetic]);
             assert!(lists.len() <= 3, "{}", lists.len());
             let mut all = lists.concat();
             all.sort_unstable();

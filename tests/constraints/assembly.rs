@@ -672,3 +672,92 @@ fn a_length_in_a_joint_wants_a_start_that_follows() {
     let (given, of_assembled) = lengths(&inputs);
     assert!(given.is_empty() && (of_given - of_assembled).abs() > 0.1, "{given:?} {of_given} {of_assembled}");
 }
+
+/// So many rods of equal length between (0, 1) and (1, 3), √5 m apart, guessed along an arc that sags by so much; the whole length is a design variable.
+fn arc(rods: usize, whole: f64, sag: f64) -> System {
+    let (mut scene, part) = (Scene::new(), 1.0 / rods as f64);
+    let length = scene.design("whole length", whole);
+    let place = |i: usize| {
+        let a = i as f64 * part;
+        [a, 1.0 + 2.0 * a - sag * a * (1.0 - a)]
+    };
+    let mut end = Body::GROUND.at(0.0, 1.0);
+    for i in 0..rods {
+        let ([x, y], [u, v]) = (place(i), place(i + 1));
+        let l = length * part;
+        let middle = [(x + u) / 2.0, (y + v) / 2.0, (v - y).atan2(u - x)];
+        let rod = scene.body(&format!("rod {i}"), l, l * l * l / 12.0, middle);
+        scene.revolute(&format!("hinge {i}"), end, rod.at(l * -0.5, 0.0));
+        end = rod.at(l * 0.5, 0.0);
+        if i == rods / 3 {
+            scene.cost("angle", AngleError, Sum::AllNodes, [rod.coordinates[2]], [], [], [0.4.into()]);
+        }
+    }
+    scene.revolute("last", end, Body::GROUND.at(1.0, 3.0));
+    scene.gravity(0.0, -9.81);
+    scene.compile().expect("a scene")
+}
+
+/// Sags of arcs of 2.5, 3.4, 4.3 and 4.8 m.
+const SAGS: [f64; 4] = [2.9653, 5.5708, 7.6606, 8.7625];
+
+#[test]
+fn chains_of_many_rods_are_assembled_from_arcs_that_are_too_short_or_too_long() {
+    for rods in [5, 8, 10, 20, 50, 100] {
+        for sag in SAGS {
+            let system = arc(rods, 4.0, sag);
+            let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, 1e-3));
+            inputs.start = Start::assembled(&system);
+            let mut solver = Solver::new(&system, Settings::default());
+            let found = solver.assemble(&inputs).unwrap_or_else(|error| panic!("{rods} rods, {sag}: {error}")).start;
+            let given = Inputs { start: found, ..inputs };
+            solver.simulate(&given).unwrap_or_else(|error| panic!("{rods} rods, {sag}: {error}"));
+        }
+    }
+}
+
+#[test]
+fn derivatives_through_an_assembly_from_far_away_are_exact() {
+    for rods in [5, 10] {
+        for sag in SAGS {
+            let system = arc(rods, 4.0, sag);
+            let mut inputs = Inputs::at_rest(&system, Grid::uniform(2, 1e-3));
+            inputs.start = Start::assembled(&system);
+            let report = check::gradient(&system, &inputs, Settings::default()).run().expect("a report");
+            assert!(report.passed(), "{rods} rods, {sag}: {report}");
+        }
+        let system = arc(rods, 4.0, SAGS[2]);
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(2, 1e-3));
+        inputs.start = Start::assembled(&system);
+        check::hessian(&system, &inputs, Settings::default()).run().expect("a report").assert_passed();
+    }
+}
+
+#[test]
+fn what_is_too_short_is_refused_with_the_distance_that_is_missing() {
+    for (rods, whole) in [(5, 2.0), (10, 1.5), (50, 2.0)] {
+        for sag in SAGS {
+            let system = arc(rods, whole, sag);
+            let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, 1e-3));
+            inputs.start = Start::assembled(&system);
+            let error = Solver::new(&system, Settings::default()).assemble(&inputs).map(drop).expect_err("too short");
+            let Error::Assembly { equation, violation, .. } = &error else { panic!("{error}") };
+            let missing = 5f64.sqrt() - whole;
+            assert!((violation - missing).abs() < 1e-3 * missing, "{rods} rods, {sag}: {violation} for {missing}");
+            assert!(equation.contains("hinge"), "{equation}");
+        }
+    }
+}
+
+#[test]
+fn a_coordinate_may_be_held_twice() {
+    let FourBar { scene, crank, .. } = four_bar(1);
+    let system = scene.compile().expect("a scene");
+    let [.., angle] = crank.coordinates;
+    let [once, twice] = [&[angle][..], &[angle, angle]].map(|hold| {
+        let inputs = inputs(&system, hold, 1.5);
+        assert_gradient_is_exact_with("held", &system, &inputs, Settings::default());
+        simulate(&system, &inputs, Settings::default()).expect("a motion").q
+    });
+    assert_eq!(once, twice);
+}

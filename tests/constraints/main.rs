@@ -11,5 +11,6 @@ mod flat;
 mod joints;
 mod left_out;
 mod loops;
+mod massless;
 mod natural_coordinates;
 mod redundant;

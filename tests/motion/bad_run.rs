@@ -88,7 +88,10 @@ fn design_variables_are_checked_before_every_run() {
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.01));
     inputs.design[0] = -2.0;
     let error = simulate(&system, &inputs, Settings::default()).expect_err("negative mass").error;
-    assert_eq!(error, Error::Parameter { what: "the mass of `rod`".into(), value: -2.0, must_be: "positive and finite" });
+    assert_eq!(
+        error,
+        Error::Parameter { what: "the mass of `rod`".into(), value: -2.0, must_be: "finite and not negative" }
+    );
     inputs.design[0] = f64::NAN;
     let error = simulate(&system, &inputs, Settings::default()).expect_err("no mass").error;
     assert_says(&error, &["design variable `mass` is NaN"]);

@@ -2,7 +2,6 @@
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
-use crate::forward::redundancy;
 use crate::linear::gmres;
 use crate::node::Newton;
 use crate::number::larger;
@@ -11,7 +10,7 @@ use crate::{Error, System};
 
 /// GMRES goes as far as numbers allow, and Newton's corrections make up for what it leaves.
 const EXACT: f64 = 1e-14;
-const MOST_PRODUCTS: usize = 60;
+const MOST_PRODUCTS: usize = 200;
 /// A coordinate has no freedom left if its mobility is below this part of that without constraints.
 const DETERMINED: f64 = 1e-10;
 /// Corrections that have stopped shrinking are rounding below this part of the largest number, where all coordinates are free …
@@ -30,11 +29,11 @@ pub(crate) struct Bordered {
 }
 
 impl Bordered {
-    /// With the factors of K(0) that Newton's object has.
+    /// With the factors of K(0) that Newton's object has, and the masses in it.
     ///
     /// # Errors
     /// A held coordinate that the constraints and the others determine.
-    pub(crate) fn new(system: &System, newton: &mut Newton, held: &[usize]) -> Result<Self, Error> {
+    pub(crate) fn new(system: &System, newton: &mut Newton, held: &[usize], masses: &[f64]) -> Result<Self, Error> {
         let columns: Vec<Pair> = Vec::from_iter(held.iter().map(|&i| {
             let mut column = Pair::new(system.n(), system.m());
             column.v[i] = 1.0;
@@ -42,7 +41,6 @@ impl Bordered {
             column
         }));
         let matrix = DMatrix::from_fn(held.len(), held.len(), |i, j| columns[j].v[held[i]]);
-        let masses = if held.is_empty() { Vec::new() } else { redundancy::masses(newton, system) };
         let freedom = |i: usize| {
             // What is left of its mobility when those before it are held, against what it has without constraints.
             let along = matrix.view((0, i), (i, 1)).into_owned();

@@ -1,5 +1,7 @@
 //! The coordinates of a start: w and ν by Newton's method, with loops that are softer the farther they are from closing.
 
+use std::ops::Range;
+
 use super::equations::{Unknowns, sum};
 use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, ROUNDING, Tangent, UNDERFLOW, Which};
 use crate::forward::redundancy::{self, COMPLIANCE};
@@ -10,10 +12,18 @@ use crate::{Error, System};
 /// A correction is halved so often until Φ gets smaller.
 const MOST_HALVINGS: i32 = 12;
 /// The largest compliance of a loop, in units of its own flexibility.
-const SOFTEST: f64 = 1e-1;
+pub(super) const SOFTEST: f64 = 1e-1;
+
+/// How corrections led to a start.
+pub(super) enum Way {
+    /// All of them in full length.
+    Straight,
+    /// Some were cut short.
+    Halved,
+}
 
 /// √(Φ_q M⁻¹ Φ_qᵀ)_jj of all equations, and the largest √m |q| of a guess, with M's diagonal.
-struct Sizes {
+pub(super) struct Sizes {
     equations: Vec<f64>,
     guess: f64,
 }
@@ -27,27 +37,45 @@ impl Assembler<'_> {
         moved: &mut Pair,
         given: Given,
     ) -> Result<(), Error> {
-        let zeros = moved.clone();
-        let found = self.approach((q, held), moved, given, SOFTEST);
-        if found.is_ok() || self.system.loop_equations().is_empty() {
-            return found;
+        let (zeros, mut far) = (moved.clone(), moved.clone());
+        let direct = match self.approach((q, held), moved, given, SOFTEST) {
+            Ok(Way::Straight) => return Ok(()),
+            Err(error) if !matches!(error, Error::Assembly { .. } | Error::AssemblyStalled { .. }) => return Err(error),
+            direct => direct,
+        };
+        // Corrections that were cut short may have led to the other side of somewhere.
+        let around = self.come_from_far((q, held), &mut far, given);
+        let is_nearer =
+            around.is_ok() && (direct.is_err() || self.square(q, &far.v, given) < self.square(q, &moved.v, given));
+        if is_nearer {
+            moved.clone_from(&far);
         }
-        // From far away corrections of the full length lead farther, unless constraints depend on each other.
-        *moved = zeros;
-        self.approach((q, held), moved, given, 0.0).or(found)
+        if is_nearer || direct.is_ok() {
+            return Ok(());
+        }
+        moved.clone_from(&zeros);
+        self.approach((q, held), moved, given, 0.0).map(|_| ()).or(around)
     }
 
-    /// With K(0) made anew at every correction, and loops that are that soft at most.
-    fn approach(
+    /// wᵀM w at q̂ + w.
+    fn square(&mut self, q: &[f64], w: &[f64], given: Given) -> f64 {
+        let (q0, zeros) = (sum(q, w), Pair::new(self.system.n(), self.system.m()));
+        let (momentum, at_rest) =
+            (self.l_v(&given.at(&q0, w, &zeros.sigma)), self.l_v(&given.at(&q0, &zeros.v, &zeros.sigma)));
+        w.iter().zip(momentum.iter().zip(&at_rest)).map(|(w, (p, at_rest))| w * (p - at_rest)).sum()
+    }
+
+    /// From w and ν at hand, with K(0) made anew at every correction, and loops that are that soft at most.
+    pub(super) fn approach(
         &mut self,
         (q, held): (&[f64], &[usize]),
         moved: &mut Pair,
         given: Given,
         softest: f64,
-    ) -> Result<(), Error> {
-        let zeros = moved.clone();
+    ) -> Result<Way, Error> {
+        let zeros = Pair::new(self.system.n(), self.system.m());
         let (mut left, mut delta) = (Unknowns::new(&zeros.v, &zeros.sigma), zeros.clone());
-        let (mut sizes, mut last, mut stalled) = (None, f64::INFINITY, 0.0);
+        let (mut sizes, mut last, mut stalled, mut way) = (None, f64::INFINITY, 0.0, Way::Straight);
         for corrections in 1..=MOST_CORRECTIONS_OF_START {
             let q0 = sum(q, &moved.v);
             let [at, from] = [given.at(&q0, &moved.v, &moved.sigma), given.at(&q0, &zeros.v, &zeros.sigma)];
@@ -71,6 +99,7 @@ impl Assembler<'_> {
                 sizes.violation(&after) <= violation || largest_of(&after).1 <= self.tolerance
             };
             let Some(share) = shares.into_iter().find(gets_better) else { break };
+            way = if share < 1.0 { Way::Halved } else { way };
             let (next, correction) = (step(share), share * self.newton.size_of(&delta.v));
             moved.v.copy_from_slice(&next);
             moved.sigma.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
@@ -84,31 +113,39 @@ impl Assembler<'_> {
         }
         self.see_that_it_closes((q, held), &moved.v, given)?;
         let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
-        if last <= stalled * size { Ok(()) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
+        if last <= stalled * size { Ok(way) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
     }
 
     /// Refuses coordinates that violate a constraint.
-    fn see_that_it_closes(&self, (q, held): (&[f64], &[usize]), w: &[f64], given: Given) -> Result<(), Error> {
+    pub(super) fn see_that_it_closes(&self, (q, held): (&[f64], &[usize]), w: &[f64], given: Given) -> Result<(), Error> {
         let (q0, mut phi, zeros) = (sum(q, w), self.phi(q, w, given), Pair::new(self.system.n(), self.system.m()));
         let at = given.at(&q0, &zeros.v, &zeros.sigma);
         if largest_of(&phi).1 > self.tolerance {
             self.system.take_rounding(&at, &q0, &mut phi);
         }
-        let (equation, violation) = largest_of(&phi);
-        if !violation.is_finite() {
+        let (equation, most) = largest_of(&phi);
+        if !most.is_finite() {
             return Err(self.system.constraint_not_finite(&at, equation));
         }
-        if violation > self.tolerance {
-            let (equation, holds) = (self.system.equation_name(equation).to_string(), !held.is_empty());
-            return Err(Error::Assembly { equation, violation, tolerance: self.tolerance, holds });
+        if most <= self.tolerance {
+            return Ok(());
         }
-        Ok(())
+        // The distance between two points that should coincide has several components.
+        let length = |equations: Range<usize>| phi[equations].iter().fold(0.0, |length: f64, phi| length.hypot(*phi));
+        let whole = self.system.equations_of_constraints().find(|equations| equations.contains(&equation));
+        let (equation, holds) = (self.system.equation_name(equation).to_string(), !held.is_empty());
+        Err(Error::Assembly { equation, violation: whole.map_or(most, length), tolerance: self.tolerance, holds })
     }
 
     /// With the masses at a point where the evaluation stands.
-    fn sizes(&self, q: &[f64], at: &NodeView<f64>) -> Sizes {
-        let masses = redundancy::masses(self.newton, self.system);
-        let flexibilities = redundancy::flexibilities(self.system, at, &masses);
+    pub(super) fn sizes(&self, q: &[f64], at: &NodeView<f64>) -> Sizes {
+        let masses = redundancy::apparent_masses(self.newton, self.system, at);
+        let mut flexibilities = redundancy::flexibilities(self.system, at, &masses);
+        // One for all equations of a constraint: what is left of a loop is a distance then, whichever way it points.
+        for equations in self.system.equations_of_constraints() {
+            let most = flexibilities[equations.clone()].iter().copied().fold(0.0, larger);
+            flexibilities[equations].fill(most);
+        }
         let of_guess = q.iter().zip(&masses).filter(|(_, mass)| **mass > 0.0).map(|(q, mass)| q.abs() * mass.sqrt());
         Sizes {
             equations: flexibilities.iter().map(|flexibility| flexibility.sqrt()).collect(),
@@ -117,7 +154,7 @@ impl Assembler<'_> {
     }
 
     /// Φ at q̂ + w.
-    fn phi(&self, q: &[f64], w: &[f64], given: Given) -> Vec<f64> {
+    pub(super) fn phi(&self, q: &[f64], w: &[f64], given: Given) -> Vec<f64> {
         let (q, zeros, mut phi) = (sum(q, w), Pair::new(w.len(), self.system.m()), vec![0.0; self.system.m()]);
         self.system.phi(&given.at(&q, &zeros.v, &zeros.sigma), &mut phi);
         phi
@@ -126,14 +163,14 @@ impl Assembler<'_> {
 
 impl Sizes {
     /// The length of Φ in units of what moves the coordinates; NaN if an entry is.
-    fn violation(&self, phi: &[f64]) -> f64 {
+    pub(super) fn violation(&self, phi: &[f64]) -> f64 {
         let violations = phi.iter().zip(&self.equations).map(|(phi, size)| if *size > 0.0 { phi / size } else { *phi });
         violations.map(|violation| violation * violation).sum::<f64>().sqrt()
     }
 
     /// Compliances of loops at this violation: constraints that depend on each other where they hold contradict each other elsewhere. With its square
     /// Newton's corrections converge quadratically all the same (Levenberg's method; N. Yamashita and M. Fukushima, 2001).
-    fn soft(&self, system: &System, violation: f64, softest: f64) -> Vec<(usize, f64)> {
+    pub(super) fn soft(&self, system: &System, violation: f64, softest: f64) -> Vec<(usize, f64)> {
         let softness = (violation / self.guess).powi(2).min(softest);
         let is_far = violation > 0.0 && softness > COMPLIANCE;
         let loops = if is_far { system.loop_equations() } else { &[] };

@@ -6,13 +6,15 @@
 //! ```
 //!
 //! E picks what is held. Without it w and v₀ − v̂ are the least changes in the metric of M. Both are solved by Newton's method; its matrix is
-//! K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w ([`Tangent`]). Constraints that depend on each other get a small
+//! K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w ([`Tangent`]); far from the guess other steps lead to where it converges
+//! (`far.rs`). Constraints that depend on each other get a small
 //! compliance in K(0), not in the equations. What solves the equations is differentiated in `adjoint/assembly.rs`, and once more in
 //! `adjoint/second_order/assembly.rs`.
 
 mod bordered;
 mod coordinates;
 mod equations;
+mod far;
 mod tangent;
 
 use bordered::Bordered;
@@ -182,12 +184,22 @@ impl Assembler<'_> {
         }
     }
 
-    /// Factors K(0) at a point, with these compliances or, if constraints depend on each other, with others.
-    fn factor(&mut self, at: &NodeView<f64>, held: &[usize], compliances: &Compliances) -> Result<Bordered, Error> {
+    /// Factors K(0) at a point, with these compliances or, if constraints depend on each other, with others, and with more inertia of some coordinates.
+    fn factor(
+        &mut self,
+        at: &NodeView<f64>,
+        held: &[usize],
+        (compliances, inertia): (&Compliances, Vec<(usize, f64)>),
+    ) -> Result<Bordered, Error> {
         let zeros = vec![0.0; self.system.m()];
         let at = Given::from(*at).at(at.q, at.v, &zeros);
-        factor_state(self.system, self.newton, (&at, (0, compliances)), self.report)?;
-        Bordered::new(self.system, self.newton, held)
+        self.newton.evaluation.set_inertia(&inertia);
+        let factored = factor_state(self.system, self.newton, (&at, (0, compliances)), self.report);
+        self.newton.evaluation.set_inertia(&[]);
+        factored?;
+        let mut masses = redundancy::apparent_masses(self.newton, self.system, &at);
+        inertia.into_iter().for_each(|(i, more)| masses[i] += more);
+        Bordered::new(self.system, self.newton, held, &masses)
     }
 
     /// Corrections of every part by the same tangent until nothing is left but rounding.
@@ -250,6 +262,8 @@ pub(crate) fn factor_state(
     })
 }
 
+/// The numbers of coordinates, of each once.
 pub(crate) fn indices(coordinates: &[Coordinate]) -> Vec<usize> {
-    coordinates.iter().map(|q| q.index()).collect()
+    let all = coordinates.iter().enumerate();
+    all.filter(|(k, q)| !coordinates[..*k].contains(q)).map(|(_, q)| q.index()).collect()
 }

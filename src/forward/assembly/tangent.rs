@@ -13,7 +13,7 @@ use crate::forward::redundancy::masses;
 use crate::motion::Compliances;
 use crate::node::Newton;
 use crate::number::{larger, largest};
-use crate::system::{Covector, NodeView, Pair, StateRows, Sums};
+use crate::system::{Covector, ElementKind, NodeView, Pair, StateRows, Sums};
 use crate::{Error, System};
 
 /// A correction below this part of the solution is rounding.
@@ -28,8 +28,8 @@ pub(crate) enum Which {
     Velocities,
 }
 
-/// A at a point, bordered by what is held: solved by GMRES with K(0) as preconditioner, which has neither D nor is without a compliance where constraints
-/// depend on each other.
+/// A at a point, bordered by what is held: solved by GMRES with K(0) as preconditioner, which has |diag D| for D and a compliance where constraints depend on
+/// each other.
 pub(crate) struct Tangent {
     pub(crate) which: Which,
     held: Vec<usize>,
@@ -52,7 +52,11 @@ impl Tangent {
             assembler.newton.l_v(assembler.system, point, &mut l_v, assembler.report);
             assembler.newton.evaluation.blocks.clone()
         });
-        let bordered = assembler.factor(moved, held, compliances)?;
+        let bends = match which {
+            Which::Coordinates => bends(assembler, [&moved_blocks, &unmoved_blocks]),
+            Which::Velocities => Vec::new(),
+        };
+        let bordered = assembler.factor(moved, held, (compliances, bends))?;
         Ok(Tangent { which, held: held.to_vec(), bordered, moved: moved_blocks, unmoved: unmoved_blocks })
     }
 
@@ -102,6 +106,11 @@ impl Tangent {
         image.v.iter_mut().zip(&rows.q).for_each(|(sum, q)| *sum -= q);
         evaluation.pull_back(system, &self.unmoved, &Covector { c: &none, d: &none, e: &x.sigma }, rows);
         image.v.iter_mut().zip(&rows.v).for_each(|(sum, v)| *sum += v);
+    }
+
+    /// Solves with the factors alone, without D.
+    pub(super) fn step(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
+        self.bordered.solve(system, newton, left);
     }
 
     /// Solves for a correction in the place of the residual.
@@ -190,4 +199,23 @@ impl Tangent {
         }
         Err(Error::AssemblyStalled { correction: last })
     }
+}
+
+/// |D_ii| of the coordinates with D_ii ≠ 0, by the second derivatives at both points.
+fn bends(assembler: &Assembler, blocks: [&[f64]; 2]) -> Vec<(usize, f64)> {
+    let (system, evaluation) = (assembler.system, &assembler.newton.evaluation);
+    let (mut sums, zeros, no_controls) =
+        (Sums::new(system.n(), system.m()), Pair::new(system.n(), system.m()), vec![0.0; system.k()]);
+    let (mut unit, mut bends) = (zeros.v.clone(), Vec::new());
+    for uncoupled in system.uncoupled_coordinates(&[ElementKind::Kinetic, ElementKind::Holonomic]) {
+        uncoupled.iter().for_each(|&i| unit[i] = 1.0);
+        let along = NodeView::of_equations([&unit, &zeros.v, &zeros.sigma], (&no_controls, 0.0, &[]));
+        let [moved, unmoved] = blocks.map(|blocks| {
+            evaluation.push_forward(system, blocks, &along, &mut sums);
+            sums.l_v().to_vec()
+        });
+        bends.extend(uncoupled.iter().map(|&i| (i, (moved[i] - unmoved[i]).abs())).filter(|(_, bend)| *bend != 0.0));
+        uncoupled.iter().for_each(|&i| unit[i] = 0.0);
+    }
+    bends
 }

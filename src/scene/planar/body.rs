@@ -80,7 +80,8 @@ impl PotentialEnergy<2, 3> for Weight {
 }
 
 impl Scene {
-    /// Adds a rigid body with mass (kg), moment of inertia about its centre (kg m²) and initial position (x, y, φ).
+    /// Adds a rigid body with mass (kg), moment of inertia about its centre (kg m²) and initial position (x, y, φ). Both may be 0 where joints determine
+    /// what has none: a point mass on a rod.
     pub fn body(&mut self, name: &str, mass: impl Into<Param>, inertia: impl Into<Param>, place: [f64; 3]) -> Body {
         self.add_body(name, [mass.into(), inertia.into()], place)
     }
@@ -100,8 +101,8 @@ impl Scene {
     fn elements_of_body(&mut self, name: &str, [mass, inertia]: [Param; 2], place: [f64; 3]) -> Body {
         let q = self.coordinates(name, ["x", "y", "φ"]);
         q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
-        self.require_positive(mass, format!("the mass of `{name}`"));
-        self.require_positive(inertia, format!("the moment of inertia of `{name}`"));
+        self.require_inertia(mass, format!("the mass of `{name}`"));
+        self.require_inertia(inertia, format!("the moment of inertia of `{name}`"));
         self.kinetic_energy(name, RigidBody, q, [mass, inertia]);
         self.potential_energy(
             &format!("weight of {name}"),
@@ -121,7 +122,7 @@ impl Scene {
     fn elements_of_particle(&mut self, name: &str, mass: Param, place: [f64; 2]) -> Particle {
         let q = self.coordinates(name, ["x", "y"]);
         q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
-        self.require_positive(mass, format!("the mass of `{name}`"));
+        self.require_inertia(mass, format!("the mass of `{name}`"));
         self.kinetic_energy(name, PointMass, q, [mass]);
         self.potential_energy(&format!("weight of {name}"), Weight, q, [mass, Param::gravity(0), Param::gravity(1)]);
         let particle = Particle { coordinates: q };

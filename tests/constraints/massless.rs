@@ -1,0 +1,145 @@
+//! Bodies without a moment of inertia, or without mass, that joints determine: motions, exact derivatives, and refusals by name.
+
+use crate::common::{assert_gradient_is_exact_with, assert_says};
+use hamiltonian_adjoint::check;
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::scenes::AngleError;
+use hamiltonian_adjoint::{
+    Coordinate, Error, Grid, Inputs, LongSolver, Mechanics, Scene, Scheme, Settings, Start, Sum, System, simulate,
+};
+
+/// A mechanism of which something has no inertia: mass m and moment of inertia J of one body are design variables; and what may be held.
+fn mechanism(kind: &str, inertia: f64) -> (System, Vec<Coordinate>) {
+    let mut scene = Scene::new();
+    scene.gravity(0.4, -9.81);
+    let (m, j) = (
+        scene.design("mass", if kind == "truss" || kind == "link" { inertia } else { 0.8 }),
+        scene.design("inertia", inertia),
+    );
+    let (length, torque) = (scene.design("length", 0.5), scene.control("torque"));
+    let ground = |x: f64, y: f64| Body::GROUND.at(x, y);
+    let (seen, held) = match kind {
+        // A point mass on a rod, and another one on that.
+        "pendulum" => {
+            let first = scene.body("first", m, j, [0.3, -0.4, -0.9]);
+            let second = scene.body("second", 0.5, 0.0, [0.9, -0.5, -0.1]);
+            scene.revolute("pivot", ground(0.0, 0.0), first.at(length * -1.0, 0.0));
+            scene.revolute("elbow", first.at(0.0, 0.0), second.at(length * -1.2, 0.0));
+            scene.torque_actuator("motor", Body::GROUND, first, torque);
+            (second, vec![first.coordinates[2], second.coordinates[2]])
+        }
+        // On a cart whose angle the rail holds.
+        "cart" => {
+            let cart = scene.body("cart", m, j, [0.1, 0.0, 0.0]);
+            let bob = scene.body("bob", 0.3, 0.02, [0.4, -0.4, -0.9]);
+            scene.prismatic("rail", ground(0.0, 0.0), 0.1, cart.at(0.0, 0.0), 0.0);
+            scene.revolute("hook", cart.at(0.0, 0.0), bob.at(length * -1.0, 0.0));
+            scene.torque_actuator("motor", cart, bob, torque);
+            (bob, vec![cart.coordinates[0]])
+        }
+        // Welded to a bar.
+        "weld" => {
+            let bar = scene.body("bar", 0.7, 0.05, [0.3, -0.2, -0.6]);
+            let tip = scene.body("tip", m, j, [0.6, -0.5, -0.4]);
+            scene.revolute("pivot", ground(0.0, 0.0), bar.at(length * -0.7, 0.0));
+            scene.weld("glue", bar.at(length * 0.8, 0.0), tip.at(0.0, 0.0), 0.2);
+            scene.torque_actuator("motor", Body::GROUND, bar, torque);
+            (tip, vec![bar.coordinates[2]])
+        }
+        // A link without mass between two bodies.
+        "link" => {
+            let link = scene.body("link", m, j, [0.2, -0.2, -0.7]);
+            let bob = scene.body("bob", 0.6, 0.03, [0.6, -0.6, -1.0]);
+            scene.revolute("pivot", ground(0.0, 0.0), link.at(length * -0.6, 0.0));
+            scene.revolute("hook", link.at(length * 0.6, 0.0), bob.at(-0.2, 0.0));
+            scene.torque_actuator("motor", Body::GROUND, link, torque);
+            (bob, vec![link.coordinates[2]])
+        }
+        // A wheel on a crank that rolls on another one: a hinge in its centre, and its angle by a gear that closes a loop.
+        "wheel" => {
+            let crank = scene.body("crank", 0.6, 0.04, [0.2, -0.1, -0.3]);
+            let wheel = scene.body("wheel", m, j, [0.4, -0.2, 0.1]);
+            scene.revolute("pivot", ground(0.0, 0.0), crank.at(length * -0.5, 0.0));
+            scene.revolute("axle", crank.at(length * 0.5, 0.0), wheel.at(0.0, 0.0));
+            scene.gear("gear", crank, length * 4.0, wheel, 0.3);
+            scene.torque_actuator("motor", Body::GROUND, wheel, torque);
+            (wheel, vec![crank.coordinates[2]])
+        }
+        // A joint of two rods without mass, with a third one from there.
+        _ => {
+            let tip = scene.particle("tip", m, [0.3, -0.4]);
+            let bob = scene.body("bob", 0.6, 0.03, [0.6, -0.8, -1.0]);
+            scene.distance("rod", ground(0.0, 0.0), tip.point(), length);
+            scene.revolute("hook", tip.point(), bob.at(-0.2, 0.0));
+            scene.torque_actuator("motor", Body::GROUND, bob, torque);
+            (bob, vec![bob.coordinates[2]])
+        }
+    };
+    let [x, _, angle] = seen.coordinates;
+    scene.cost("angle", AngleError, Sum::Trapezoidal, [angle], [], [], [0.6.into()]);
+    scene.cost("place", AngleError, Sum::AllNodes, [x], [], [], [0.1.into()]);
+    (scene.compile().expect("a scene"), held)
+}
+
+const KINDS: [&str; 6] = ["pendulum", "cart", "weld", "link", "wheel", "truss"];
+
+fn inputs(system: &System, hold: &[Coordinate]) -> Inputs {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(8, 0.02));
+    inputs.start = Start::assembled(system).hold(hold);
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 0.3 * (0.7 * i as f64).cos());
+    inputs
+}
+
+#[test]
+fn a_motion_is_the_limit_of_those_with_a_little_inertia() {
+    for kind in KINDS {
+        let of = |inertia: f64| {
+            let (system, _) = mechanism(kind, inertia);
+            simulate(&system, &inputs(&system, &[]), Settings::default()).unwrap_or_else(|error| panic!("{kind}: {error}")).q
+        };
+        let (none, little) = (of(0.0), of(1e-9));
+        assert!((none - little).amax() < 1e-6, "{kind}");
+    }
+}
+
+#[test]
+fn derivatives_are_exact_also_by_the_inertia_that_is_not_there() {
+    let plain = Settings::default();
+    for kind in KINDS {
+        let (system, held) = mechanism(kind, 0.0);
+        for hold in [&[][..], &held] {
+            for settings in [
+                plain,
+                Settings { scheme: Scheme::ESDIRK3, ..plain },
+                Settings { drift_bound: 0.0, ..plain },
+                Settings { rebase_every: 3, ..plain },
+            ] {
+                assert_gradient_is_exact_with(kind, &system, &inputs(&system, hold), settings);
+            }
+        }
+        let inputs = inputs(&system, &held);
+        check::hessian(&system, &inputs, plain).run().expect("a report").assert_passed();
+        let mut long = LongSolver::new(&system, plain, 30_000);
+        assert!(long.gradient(&inputs).is_ok(), "{kind}");
+        assert!(Mechanics::at_start(&system, &inputs).is_ok(), "{kind}");
+    }
+}
+
+#[test]
+fn what_nothing_determines_is_named() {
+    let refused = |hinge: Option<f64>| {
+        let mut scene = Scene::new();
+        let bob = scene.body("bob", 1.0, 0.0, [0.5, 0.0, 0.0]);
+        if let Some(at) = hinge {
+            scene.revolute("hinge", Body::GROUND.at(0.5 + at, 0.0), bob.at(at, 0.0));
+        }
+        let system = scene.compile().expect("a scene");
+        simulate(&system, &Inputs::at_rest(&system, Grid::uniform(2, 0.01)), Settings::default()).map(drop)
+    };
+    assert!(refused(Some(-0.5)).is_ok());
+    for hinge in [None, Some(0.0)] {
+        let error = refused(hinge).expect_err("an angle that nothing determines").error;
+        assert!(matches!(&error, Error::SingularMass { coordinates, .. } if coordinates == &["`bob.φ`"]), "{error:?}");
+        assert_says(&error, &["`bob.φ`", "neither inertia nor a joint that determines"]);
+    }
+}
