@@ -140,6 +140,6 @@ fn what_nothing_determines_is_named() {
     for hinge in [None, Some(0.0)] {
         let error = refused(hinge).expect_err("an angle that nothing determines").error;
         assert!(matches!(&error, Error::SingularMass { coordinates, .. } if coordinates == &["`bob.φ`"]), "{error:?}");
-        assert_says(&error, &["`bob.φ`", "neither inertia nor a joint that determines"]);
+        assert_says(&error, &["`bob.φ`", "neither inertia nor a joint that determines them"]);
     }
 }
