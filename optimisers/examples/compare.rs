@@ -88,9 +88,8 @@ fn row((name, method, gradient): (&str, &str, f64), posed: &Posed, solve: Solve)
     times.sort_by(f64::total_cmp);
     let time = times[times.len() / 2];
     match last {
-        Some(Ok(Outcome { value, violation, reason, evaluations, gradients, products, history, .. })) => println!(
-            "| {name} | {method} | {} | {evaluations} | {gradients} | {products} | {:.1} | {:.0} | {value:.6} | {violation:.0e} | {reason:?} |",
-            history.len().saturating_sub(1),
+        Some(Ok(Outcome { value, violation, reason, iterations, evaluations, gradients, products, .. })) => println!(
+            "| {name} | {method} | {iterations} | {evaluations} | {gradients} | {products} | {:.1} | {:.0} | {value:.6} | {violation:.0e} | {reason:?} |",
             1e3 * time,
             time / gradient
         ),
@@ -117,7 +116,7 @@ fn by_argmin(problem: &mut MotionProblem, start: &[f64], options: &Options) -> R
     let iterations = state.get_iter() as usize;
     let end = lbfgs(problem, &x, &Options { iterations: 0, ..*options }, &mut silent)?;
     let history = vec![end.history[0]; 1 + iterations];
-    let outcome = Outcome { evaluations, gradients, history, ..end };
+    let outcome = Outcome { iterations, evaluations, gradients, history, ..end };
     Ok(outcome)
 }
 

@@ -388,6 +388,7 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         violation,
         multipliers,
         reason,
+        iterations: history.len() - 1,
         evaluations,
         gradients,
         products,

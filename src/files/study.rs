@@ -22,7 +22,7 @@ const VERSION: u32 = 1;
 pub struct Finished {
     /// Number of the start.
     pub start: usize,
-    /// The best point; empty if the start ended with an error.
+    /// The best point; empty if the start ended with an error or has no value.
     pub x: Vec<f64>,
     /// The value at this point; `None` if it is not finite.
     pub value: Option<f64>,
@@ -50,6 +50,9 @@ impl Finished {
             counts: [0; 3],
         };
         match outcome {
+            Ok(Outcome { reason: Reason::NoStart, first_failure: Some(error), .. }) | Err(error) => {
+                failed(error.to_string())
+            }
             Ok(of) if of.x.iter().any(|x| !x.is_finite()) => failed("the best point has a number that is not finite".into()),
             Ok(of) => Finished {
                 start,
@@ -60,7 +63,6 @@ impl Finished {
                 reason: format!("{:?}", of.reason),
                 counts: [of.evaluations, of.gradients, of.products],
             },
-            Err(error) => failed(error.to_string()),
         }
     }
 

@@ -4,11 +4,14 @@
 //! inequalities alike, and its gradient is that of f + Σ ρ_j (t_j − P(t_j)) c_j: one backward sweep. ρ_j = ρ/|∇c_j|² where constraints are violated first,
 //! so that their units are no matter.
 
-use super::counted::Counted;
+use nalgebra::DVector;
+
+use super::counted::{Counted, Found, solve};
 use super::lbfgs::{Descent, Merit};
+use super::least_squares::{Descended, descend};
 use super::norm::norm;
 use super::problem::Interval;
-use super::{Options, Outcome, Problem, Reason, Watcher};
+use super::{Options, Outcome, Problem, Reason, Watcher, silent};
 use crate::Error;
 use crate::number::dot;
 
@@ -19,8 +22,11 @@ const SHRINKS: f64 = 0.25;
 const FIRST_PENALTY: [f64; 2] = [1e-6, 10.0];
 const LARGEST_PENALTY: f64 = 1e12;
 const MOST_ROUNDS: usize = 60;
-/// A violation that becomes less than this share of the one before still comes closer: there is a limit to penalties then, not to constraints.
+/// A violation above this share of the one before comes no closer. After so many greater penalties that brought it no closer, violations alone are minimised.
 const CLOSER: f64 = 0.9;
+const STALLED: usize = 3;
+/// Singular values of the Jacobian below this share of the largest are zero.
+const SINGULAR: f64 = 1e-13;
 
 struct Augmented {
     w: Vec<f64>,
@@ -134,7 +140,9 @@ fn length_of_gradient(problem: &mut Counted, of_cost: f64, of_c: &[f64]) -> Resu
     Ok(norm(&gradient))
 }
 
-/// Minimises f(x) subject to constraints and bounds. Where constraints are violated first their Jacobian is taken once, for their units.
+/// Minimises f(x) subject to constraints and bounds. Where constraints are violated first their Jacobian is taken once, for their units. Where greater penalties
+/// bring them no closer, the sum of squares of their violations is minimised as by [`levenberg_marquardt`](super::levenberg_marquardt()), whatever f becomes;
+/// `watch` does not see these iterations, and the history only where they led.
 ///
 /// # Errors
 /// As [`lbfgs`](super::lbfgs()).
@@ -144,24 +152,24 @@ pub fn augmented_lagrangian(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    let (mut counted, x) = Counted::new(problem, start, options)?;
-    let cost = counted.evaluate_start(&x)?;
-    let m = counted.c.len();
-    let mut merit = Augmented { w: vec![0.0; m], penalty: None, shares: vec![1.0; m], steepness: [0.0; 2], cost };
-    merit.note(&mut counted)?;
-    merit.weigh(&mut counted)?;
-    let value = merit.of(&counted);
-    let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
-    let found = rounds(&mut counted, &mut merit, &mut descent, options, watch);
-    let reason = counted.reason(found, descent.history.len())?;
-    let tolerance = options.stationarity * descent.history[0].stationarity;
-    let reason = match counted.violation() <= options.violation {
-        true => descent.or_unbounded(&mut counted, &mut merit, (reason, tolerance)),
-        false => reason,
-    };
-    counted.ensure(&descent.at.x);
-    let value = descent.history[descent.history.len() - 1].value;
-    Ok(counted.outcome(descent.at.x, value, merit.w, descent.history, reason))
+    solve(problem, start, options, |problem, x| {
+        let (cost, m) = (problem.evaluate_start(&x)?, problem.c.len());
+        let mut merit = Augmented { w: vec![0.0; m], penalty: None, shares: vec![1.0; m], steepness: [0.0; 2], cost };
+        merit.note(problem)?;
+        merit.weigh(problem)?;
+        let value = merit.of(problem);
+        let mut descent = Descent::begin(problem, &mut merit, (x, value), options)?;
+        let found = rounds(problem, &mut merit, &mut descent, options, watch);
+        let reason = problem.reason(found, descent.history.len())?;
+        let tolerance = options.stationarity * descent.history[0].stationarity;
+        let reason = match problem.violation() <= options.violation {
+            true => descent.or_unbounded(problem, &mut merit, (reason, tolerance)),
+            false => reason,
+        };
+        problem.ensure(&descent.at.x);
+        let value = descent.history[descent.history.len() - 1].value;
+        Ok(Found { x: descent.at.x, value, multipliers: merit.w, history: descent.history, reason })
+    })
 }
 
 /// Descents, each with multipliers that the one before left, and greater penalties where constraints come no closer. The problem is left at the end.
@@ -173,43 +181,91 @@ fn rounds(
     watch: &mut Watcher,
 ) -> Result<Reason, Error> {
     let first = descent.history[0].stationarity;
-    let (asked, mut tolerance, mut violation) = (options.stationarity * first, 0.1 * first, f64::INFINITY);
-    let mut reason = Reason::Iterations;
+    let (asked, mut tolerance, mut before) = (options.stationarity * first, 0.1 * first, f64::INFINITY);
+    let (mut stalled, mut is_second) = (0, false);
+    let (start, violation_of_start) = (descent.at.x.clone(), norm(&problem.excess()));
     for _ in 0..MOST_ROUNDS {
         let goal = tolerance.max(asked);
-        reason = descent.run(problem, merit, goal, watch);
+        let reason = descent.run(problem, merit, goal, watch);
         // The constraints of the point itself, not of the last trial.
         if !merit.value(problem, &descent.at.x).is_finite() {
             // A problem that failed where it did not before: nothing is known of the constraints.
             return Ok(if reason.is_converged() { Reason::NoDerivative } else { reason });
         }
-        let next = merit.multipliers(problem);
+        let (next, violation) = (merit.multipliers(problem), norm(&problem.excess()));
         let now = problem.violation().max(merit.change(&next));
         merit.w = next;
         let stationarity = problem.stationarity(&descent.at.x, &descent.at.gradient);
         if matches!(reason, Reason::Asked | Reason::Target | Reason::Iterations) {
-            break;
+            return Ok(reason);
         }
         // Above the goal nothing lower was found, nor would be in another round.
         if now <= options.violation && (stationarity <= asked || stationarity > goal) {
-            break;
+            return Ok(reason);
         }
-        let grows = now > options.violation && now > SHRINKS * violation;
+        let grows = now > options.violation && now > SHRINKS * before;
         if grows {
             merit.note(problem)?;
-            if merit.penalty.is_some_and(|penalty| penalty >= LARGEST_PENALTY * merit.unit()) {
-                // The largest penalty alone proves nothing: it is one for constraints of any units.
-                let (x, reach, comes_closer) = (&descent.at.x, descent.reach(), now < CLOSER * violation);
-                let is_least = !comes_closer && problem.is_least_violated(x, reach, &merit.shares)?;
-                let is_infeasible = is_least && !problem.holds_to_rounding(x, reach)?;
-                return Ok(if is_infeasible { Reason::Infeasible } else { Reason::NoLowerValue });
+            let is_violated = problem.violation() > options.violation;
+            stalled = if is_violated && now > CLOSER * before { stalled + 1 } else { 0 };
+            let is_largest = merit.penalty.is_some_and(|penalty| penalty >= LARGEST_PENALTY * merit.unit());
+            if is_largest && !is_violated {
+                return Ok(Reason::NoLowerValue);
+            }
+            if is_largest || stalled == STALLED {
+                let held = descent.history.iter().any(|of| of.violation <= options.violation);
+                let is_away = !held && violation > violation_of_start;
+                let from = if is_away { &start } else { &descent.at.x }.clone();
+                match approach(problem, merit, descent, options, from)? {
+                    Some(Reason::Infeasible) if held => return Ok(Reason::NoLowerValue),
+                    Some(reason) => return Ok(reason),
+                    None if is_largest || is_second => return Ok(Reason::NoLowerValue),
+                    None => {}
+                }
+                (stalled, is_second, before) = (0, true, f64::INFINITY);
+                continue;
             }
             merit.penalty = merit.penalty.map(|penalty| GROWTH * penalty);
         }
-        violation = now;
+        before = now;
         tolerance *= 0.1;
         let value = merit.of(problem);
         descent.renew(problem, merit, value, grows)?;
     }
-    Ok(reason)
+    Ok(Reason::NoLowerValue)
+}
+
+/// Goes from a point to where the sum of squares of violations is least to rounding, whatever f becomes: why that is the end, none if constraints hold
+/// there. Then the multipliers are those that come closest to −∇f.
+fn approach(
+    problem: &mut Counted,
+    merit: &mut Augmented,
+    descent: &mut Descent,
+    options: &Options,
+    from: Vec<f64>,
+) -> Result<Option<Reason>, Error> {
+    let iterations = options.iterations.saturating_sub(descent.history.len() - 1 + problem.apart);
+    let target = Some(0.5 * options.violation.powi(2));
+    let found = descend(problem, from, &Options { iterations, target, stationarity: 0.0, ..*options }, &mut silent);
+    let Ok(Descended { at, history, reason }) = found else { return Ok(Some(Reason::NoLowerValue)) };
+    problem.apart += history.len() - 1;
+    merit.w.fill(0.0);
+    let holds = problem.violation() <= options.violation;
+    if holds {
+        let mut slope = DVector::zeros(at.x.len());
+        problem.gradient(1.0, &merit.w, slope.as_mut_slice())?;
+        let svd = at.jacobian.transpose().svd(true, true);
+        let multipliers = svd.solve(&-slope, SINGULAR * svd.singular_values.amax()).unwrap_or_default();
+        problem.asked().zip(&multipliers).for_each(|(j, w)| merit.w[j] = *w);
+    }
+    let (value, is_rounding) = (merit.value(problem, &at.x), at.is_rounding());
+    descent.go(problem, merit, (at.x, value))?;
+    Ok(match reason {
+        _ if holds => None,
+        Reason::Stationary if !is_rounding => Some(Reason::Infeasible),
+        // In units that differ by many powers of ten, small violations are rounding beside the slopes of others.
+        Reason::NoLowerValue if !is_rounding && problem.is_least_violated(&descent.at.x, 0.0)? => Some(Reason::Infeasible),
+        Reason::Stationary | Reason::Target => Some(Reason::NoLowerValue),
+        other => Some(other),
+    })
 }

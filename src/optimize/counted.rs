@@ -18,6 +18,8 @@ pub(super) struct Counted<'p> {
     pub(super) evaluations: usize,
     pub(super) gradients: usize,
     pub(super) products: usize,
+    /// Iterations towards constraints alone, of which the history has only the end.
+    pub(super) apart: usize,
     /// The point that was evaluated last.
     last: Vec<f64>,
     /// c at the last iterate.
@@ -29,6 +31,32 @@ pub(super) struct Counted<'p> {
     halved: usize,
     pub(super) failures: usize,
     pub(super) first_failure: Option<Error>,
+}
+
+/// The end of a method.
+pub(super) struct Found {
+    pub(super) x: Vec<f64>,
+    pub(super) value: f64,
+    pub(super) multipliers: Vec<f64>,
+    pub(super) history: Vec<Iterate>,
+    pub(super) reason: Reason,
+}
+
+/// The outcome of a method from a start, which is moved into its bounds. Errors of the method are those of the start: a reason, not an error.
+///
+/// # Errors
+/// Those of [`Counted::new`]; a problem that does not implement what the method needs, or gives vectors of another length.
+pub(super) fn solve(
+    problem: &mut dyn Problem,
+    start: &[f64],
+    options: &Options,
+    method: impl FnOnce(&mut Counted, Vec<f64>) -> Result<Found, Error>,
+) -> Result<Outcome, Error> {
+    let (mut counted, x) = Counted::new(problem, start, options)?;
+    match method(&mut counted, x) {
+        Err(error @ (Error::NoSecondDerivatives { .. } | Error::Size { .. })) => Err(error),
+        found => Ok(counted.outcome(found)),
+    }
 }
 
 impl<'p> Counted<'p> {
@@ -50,6 +78,7 @@ impl<'p> Counted<'p> {
             evaluations: 0,
             gradients: 0,
             products: 0,
+            apart: 0,
             last: Vec::new(),
             warnings: Vec::new(),
             halved: 0,
@@ -144,7 +173,7 @@ impl<'p> Counted<'p> {
         self.products += 1;
         let found = self.check_range(direction, "the direction of a product in ").and_then(|()| {
             self.problem.product(direction, product)?;
-            self.check_range(product, "the derivative by ")
+            self.check_range(product, "the second derivative by ")
         });
         self.noting(found)
     }
@@ -243,23 +272,34 @@ impl<'p> Counted<'p> {
         free.fold(0.0, |most: f64, ((_, g), _)| most.max(g.abs()))
     }
 
-    /// At the last iterate.
-    pub(super) fn outcome(
-        mut self,
-        x: Vec<f64>,
-        value: f64,
-        multipliers: Vec<f64>,
-        history: Vec<Iterate>,
-        reason: Reason,
-    ) -> Outcome {
-        std::mem::swap(&mut self.c, &mut self.c_of_iterate);
+    /// The outcome at the last iterate, or at a start without a value or without derivatives.
+    fn outcome(mut self, found: Result<Found, Error>) -> Outcome {
+        self.c.copy_from_slice(&self.c_of_iterate);
+        let mut violation = self.violation();
+        let found = found.unwrap_or_else(|error| {
+            let (none, evaluations) = (f64::INFINITY, self.evaluations);
+            self.first_failure = Some(error);
+            self.c.fill(f64::NAN);
+            violation = none;
+            let start = Iterate { value: none, violation: none, stationarity: none, step: 0.0, evaluations };
+            let reason = if self.is_stopped() { Reason::Asked } else { Reason::NoStart };
+            Found {
+                x: std::mem::take(&mut self.last),
+                value: none,
+                multipliers: vec![0.0; self.c.len()],
+                history: vec![start],
+                reason,
+            }
+        });
+        let Found { x, value, multipliers, history, reason } = found;
         Outcome {
-            violation: self.violation(),
             x,
             value,
             constraints: self.c,
+            violation,
             multipliers,
             reason,
+            iterations: history.len() - 1 + self.apart,
             evaluations: self.evaluations,
             gradients: self.gradients,
             products: self.products,

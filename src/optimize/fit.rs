@@ -1,5 +1,7 @@
 //! [`Fit`]: what least squares found.
 
+use std::fmt;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::Outcome;
@@ -18,7 +20,42 @@ pub struct Fit {
     pub jacobian: DMatrix<f64>,
 }
 
+/// The outcome, χ² with its degrees of freedom, and the root mean square of the residuals.
+impl fmt::Display for Fit {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let (chi, freedom, mean) = (self.chi_squared(), self.degrees_of_freedom(), self.root_mean_square());
+        write!(f, "{}; χ² {chi:e} with {freedom} degrees of freedom, root mean square of residuals {mean:e}", self.outcome)
+    }
+}
+
 impl Fit {
+    /// χ² = ‖r‖², the sum of squares of the residuals. Where each is divided by the standard deviation of its reading (weight 1/σ), a model that fits has a χ²
+    /// of about the [`degrees_of_freedom`](Self::degrees_of_freedom), ± √2 times their root; a much larger one tells that the model, or a local minimum, does
+    /// not explain the readings.
+    pub fn chi_squared(&self) -> f64 {
+        2.0 * self.outcome.value
+    }
+
+    /// The number of residuals less that of variables; 0 if there are more variables.
+    pub fn degrees_of_freedom(&self) -> usize {
+        self.jacobian.nrows().saturating_sub(self.jacobian.ncols())
+    }
+
+    /// The root mean square of all residuals: of readings divided by their standard deviations about 1 if the model fits.
+    pub fn root_mean_square(&self) -> f64 {
+        (self.chi_squared() / self.jacobian.nrows() as f64).sqrt()
+    }
+
+    /// The root mean square of the residuals of some constraints, by their numbers ([`Output::index`](crate::Output::index)), such as those of one signal.
+    ///
+    /// # Panics
+    /// If there are fewer constraints.
+    pub fn root_mean_square_of(&self, constraints: &[usize]) -> f64 {
+        // Of least squares the multipliers are the residuals.
+        let residuals = Vec::from_iter(constraints.iter().map(|&j| self.outcome.multipliers[j]));
+        norm(&residuals) / (residuals.len() as f64).sqrt()
+    }
+
     /// s² (AᵀA)⁻¹ with s² = ‖r‖²/(residuals − variables): the covariance of the variables if residuals differ by noise of one size alone. Variables that a
     /// bound holds are taken for free.
     ///
@@ -29,16 +66,15 @@ impl Fit {
 
     /// Whose square is the covariance, and lengths of whose columns are the standard errors.
     fn root(&self) -> Option<DMatrix<f64>> {
-        let (m, n) = self.jacobian.shape();
-        let freedom = m.checked_sub(n).filter(|freedom| *freedom > 0)?;
-        if n == 0 {
+        let freedom = Some(self.degrees_of_freedom()).filter(|freedom| *freedom > 0)?;
+        if self.jacobian.ncols() == 0 {
             return Some(DMatrix::zeros(0, 0));
         }
         let (values, v, lengths) = self.directions();
         if values.iter().any(|s| *s <= SINGULAR * values.amax()) {
             return None;
         }
-        let deviation = (2.0 * self.outcome.value / freedom as f64).sqrt();
+        let deviation = (self.chi_squared() / freedom as f64).sqrt();
         Some(DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| deviation / lengths[j] * (v[(i, j)] / values[i])))
     }
 

@@ -68,6 +68,7 @@ pub fn homotopy<P: Problem>(
         }
         if !found.reason.is_converged() {
             change = SHORTER * (next - s);
+            before = before.filter(|_| found.reason != Reason::NoStart);
             continue;
         }
         if found.history.len() <= FEW {
@@ -97,6 +98,7 @@ fn extrapolate(x: &[f64], before: Option<&(Vec<f64>, f64)>, change: f64) -> Vec<
 /// What all problems together took.
 #[derive(Default)]
 struct Counts {
+    iterations: usize,
     evaluations: usize,
     gradients: usize,
     products: usize,
@@ -110,6 +112,7 @@ impl Counts {
     fn add(&mut self, outcome: &Outcome) {
         let before = self.evaluations;
         self.history.extend(outcome.history.iter().map(|it| Iterate { evaluations: before + it.evaluations, ..*it }));
+        self.iterations += outcome.iterations;
         self.evaluations += outcome.evaluations;
         self.gradients += outcome.gradients;
         self.products += outcome.products;
@@ -120,7 +123,7 @@ impl Counts {
 
     fn into(self, outcome: Outcome, s: f64) -> Outcome {
         let reason = if s == 1.0 || !outcome.reason.is_converged() { outcome.reason } else { Reason::NoWay };
-        let Counts { evaluations, gradients, products, halved, failures, first_failure, history } = self;
-        Outcome { evaluations, gradients, products, halved, failures, first_failure, history, reason, ..outcome }
+        let Counts { iterations, evaluations, gradients, products, halved, failures, first_failure, history } = self;
+        Outcome { iterations, evaluations, gradients, products, halved, failures, first_failure, history, reason, ..outcome }
     }
 }

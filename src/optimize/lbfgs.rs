@@ -2,11 +2,11 @@
 
 mod ends;
 
-use super::counted::Counted;
+use super::counted::{Counted, Found, solve};
 use super::line_search::{Point, search};
-use super::norm::{magnitude, norm};
+use super::norm::magnitude;
 use super::outcome::largest_change;
-use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
+use super::{Interval, Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use crate::number::{dot, largest};
 use std::collections::VecDeque;
@@ -45,35 +45,38 @@ impl Merit for Cost {
     }
 }
 
-/// Minimises f(x) within bounds on x; constraints may be there if they are free ([`Interval::FREE`](super::Interval::FREE)).
+/// Minimises f(x) within bounds on x; constraints may be there if they are free ([`Interval::FREE`]).
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit, a start without a value or without a gradient, constraints, which
+/// Sizes, bounds or options that do not fit; constraints, which
 /// [`augmented_lagrangian`](super::augmented_lagrangian()) knows.
 pub fn lbfgs(problem: &mut dyn Problem, start: &[f64], options: &Options, watch: &mut Watcher) -> Result<Outcome, Error> {
-    let (mut counted, x) = Counted::new(problem, start, options)?;
-    refuse_constraints(&counted)?;
-    let value = counted.evaluate_start(&x)?;
-    let mut merit = Cost(value);
-    let mut descent = Descent::begin(&mut counted, &mut merit, (x, value), options)?;
-    let tolerance = options.stationarity * descent.history[0].stationarity;
-    let reason = descent.run(&mut counted, &mut merit, tolerance, watch);
-    let reason = descent.or_unbounded(&mut counted, &mut merit, (reason, tolerance));
-    let Point { x, value, .. } = descent.at;
-    // What the problem keeps is the motion of the best point.
-    counted.evaluate(&x);
-    Ok(counted.outcome(x, value, Vec::new(), descent.history, reason))
+    options.fit(problem, start)?;
+    refuse_constraints(problem)?;
+    solve(problem, start, options, |problem, x| {
+        let value = problem.evaluate_start(&x)?;
+        let mut merit = Cost(value);
+        let mut descent = Descent::begin(problem, &mut merit, (x, value), options)?;
+        let tolerance = options.stationarity * descent.history[0].stationarity;
+        let reason = descent.run(problem, &mut merit, tolerance, watch);
+        let reason = descent.or_unbounded(problem, &mut merit, (reason, tolerance));
+        let (Point { x, value, .. }, history) = (descent.at, descent.history);
+        // What the problem keeps is the motion of the best point.
+        problem.evaluate(&x);
+        Ok(Found { x, value, multipliers: Vec::new(), history, reason })
+    })
 }
 
 /// # Errors
 /// Constraints that are not free, by name.
-fn refuse_constraints(problem: &Counted) -> Result<(), Error> {
+fn refuse_constraints(problem: &dyn Problem) -> Result<(), Error> {
     const NAMED: usize = 3;
-    let bounded: Vec<usize> = problem.asked().collect();
+    let constraints = problem.constraints();
+    let bounded: Vec<usize> = (0..constraints.len()).filter(|&j| constraints[j] != Interval::FREE).collect();
     if bounded.is_empty() {
         return Ok(());
     }
-    let names: Vec<String> = bounded.iter().take(NAMED).map(|&j| problem.problem.constraint_name(j)).collect();
+    let names: Vec<String> = bounded.iter().take(NAMED).map(|&j| problem.constraint_name(j)).collect();
     let more = if bounded.len() > NAMED { ", …" } else { "" };
     let what = format!("the number of constraints that are not `Interval::FREE` ({}{more})", names.join(", "));
     let must_be = "0 for L-BFGS; `augmented_lagrangian` takes constraints, `levenberg_marquardt` residuals";
@@ -117,11 +120,6 @@ impl<'o> Descent<'o> {
         self.history.push(problem.iterate(value, stationarity, step));
     }
 
-    /// How far it is from where it began.
-    pub(super) fn reach(&self) -> f64 {
-        norm(&self.at.x.iter().zip(&self.start).map(|(x, start)| x - start).collect::<Vec<_>>())
-    }
-
     /// Forgets what belonged to another merit function, and takes the values of this one.
     ///
     /// # Errors
@@ -138,6 +136,23 @@ impl<'o> Descent<'o> {
         }
         self.at.value = value;
         merit.gradient(problem, &mut self.at.gradient)
+    }
+
+    /// Goes to another point, with the value that the merit function had there last.
+    ///
+    /// # Errors
+    /// As [`begin`](Self::begin).
+    pub(super) fn go(
+        &mut self,
+        problem: &mut Counted,
+        merit: &mut dyn Merit,
+        (x, value): (Vec<f64>, f64),
+    ) -> Result<(), Error> {
+        let step = largest_change(&x, &self.at.x);
+        self.at.x = x;
+        self.renew(problem, merit, value, true)?;
+        self.note(problem, merit.cost(), step);
+        Ok(())
     }
 
     pub(super) fn run(

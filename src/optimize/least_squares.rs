@@ -5,40 +5,73 @@
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
-use super::counted::Counted;
+use super::counted::{Counted, Found, solve};
 use super::norm::norm;
 use super::outcome::largest_change;
-use super::{Fit, Iterate, Options, Problem, Reason, Watcher};
+use super::{Fit, Interval, Iterate, Options, Problem, Reason, Watcher};
 use crate::Error;
 
 /// Differences of a residual below this share of the terms that it is made of are rounding.
 const ROUNDING: f64 = 1e-14;
+/// So many iterations that lower the value by rounding alone are the last.
+const FEW: usize = 10;
+/// A value that is more than so many times what rounding leaves of it is none.
+const SEEN: f64 = 100.0;
 
 /// Minimises ½‖r‖² within bounds, r being the constraints of the problem less the nearest value that they may have; f is not asked for.
 ///
 /// [`Options::stationarity`] is asked of derivatives in units of the longest columns ∂r/∂x_i so far, so that variables of any units count alike.
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit, no residual, a start without a value or without a Jacobian, or with squares beyond the range of
-/// numbers, too large or too small.
+/// Sizes, bounds or options that do not fit, no residual.
 pub fn levenberg_marquardt(
     problem: &mut dyn Problem,
     start: &[f64],
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Fit, Error> {
-    let (mut counted, x) = Counted::new(problem, start, options)?;
-    if counted.asked().next().is_none() {
+    options.fit(problem, start)?;
+    let rows = problem.constraints().iter().filter(|of| **of != Interval::FREE).count();
+    if rows == 0 {
         let must_be = "at least 1, a constraint each; f is not asked for: `lbfgs` and `interior_point` minimise it";
         return Err(Error::Parameter { what: "the number of residuals".into(), value: 0.0, must_be });
     }
+    let mut jacobian = DMatrix::zeros(rows, start.len());
+    let outcome = solve(problem, start, options, |problem, x| {
+        let Descended { at, history, reason } = descend(problem, x, options, watch)?;
+        let (value, mut multipliers) = (half_square(&at.r), vec![0.0; problem.c.len()]);
+        problem.asked().zip(&at.r).for_each(|(j, r)| multipliers[j] = *r);
+        jacobian = at.jacobian;
+        Ok(Found { x: at.x, value, multipliers, history, reason })
+    })?;
+    Ok(Fit { outcome, jacobian })
+}
+
+/// Where a descent on ½‖r‖² ended, the way there, and why.
+pub(super) struct Descended {
+    pub(super) at: State,
+    pub(super) history: Vec<Iterate>,
+    pub(super) reason: Reason,
+}
+
+/// Goes down on ½‖r‖² from x. The problem is left at the end.
+///
+/// # Errors
+/// A start without a value or without a Jacobian, or with squares beyond the range of numbers, too large or too small.
+pub(super) fn descend(
+    counted: &mut Counted,
+    x: Vec<f64>,
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Descended, Error> {
     counted.evaluate_start(&x)?;
-    let mut at = State::at(&mut counted, x)?;
+    let mut at = State::at(counted, x)?;
     at.check_smallness()?;
-    let mut history = vec![at.iterate(&mut counted, 0.0)];
+    let mut history = vec![at.iterate(counted, 0.0)];
     let mut lengths = at.lengths();
-    let first = at.slope(&counted, &lengths);
-    let mut damping = 1e-3 * at.in_units(&lengths).row_iter().map(|row| row.norm_squared()).fold(0.0, f64::max);
+    let first = at.slope(counted, &lengths);
+    let first_damping = 1e-3 * at.in_units(&lengths).row_iter().map(|row| row.norm_squared()).fold(0.0, f64::max);
+    let mut damping = first_damping;
     let reason = loop {
         let last = history[history.len() - 1];
         if watch(&last, &at.x).is_break() {
@@ -47,28 +80,39 @@ pub fn levenberg_marquardt(
         if options.target.is_some_and(|target| last.value <= target) {
             break Reason::Target;
         }
-        if at.slope(&counted, &lengths) <= options.stationarity * first {
+        if at.slope(counted, &lengths) <= options.stationarity * first {
             break Reason::Stationary;
+        }
+        // Decreases that are rounding could go on for ever.
+        let few_ago = history.iter().rev().nth(FEW).map_or(f64::INFINITY, |before| before.value);
+        if few_ago - last.value <= ROUNDING * last.value {
+            break Reason::NoLowerValue;
         }
         if history.len() > options.iterations {
             break Reason::Iterations;
         }
         // Shorter and shorter steps until one leads down; what the first of them is to fall by.
         let (mut growth, mut foreseen) = (2.0, None);
+        // Where damping grew on the way, no step of it may be seen in the value: then it is tried anew.
+        let mut is_last = damping <= first_damping;
         let next = loop {
             // What rounding leaves no factors of wants more damping, too.
-            if let Some(step) = at.step(&counted, damping, &lengths) {
+            if let Some(step) = at.step(counted, damping, &lengths) {
                 let mut x: Vec<f64> = at.x.iter().zip(&step).map(|(x, d)| x + d).collect();
                 counted.project(&mut x);
                 let predicted = at.decrease(&x);
                 foreseen.get_or_insert(predicted);
-                if x == at.x {
+                if x == at.x && is_last {
                     break None;
                 }
-                let value = if counted.evaluate(&x).is_finite() { half_square(&residuals(&counted)) } else { f64::INFINITY };
+                if x == at.x {
+                    (damping, growth, foreseen, is_last) = (first_damping, 2.0, None, true);
+                    continue;
+                }
+                let value = if counted.evaluate(&x).is_finite() { half_square(&residuals(counted)) } else { f64::INFINITY };
                 let gain = (last.value - value) / predicted;
                 // A point without a Jacobian is taken for none.
-                let next = if value < last.value && gain > 1e-4 { State::at(&mut counted, x).ok() } else { None };
+                let next = if value < last.value && gain > 1e-4 { State::at(counted, x).ok() } else { None };
                 if next.is_some() {
                     damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
                     break next;
@@ -83,22 +127,18 @@ pub fn levenberg_marquardt(
         let Some(next) = next else {
             break match foreseen {
                 _ if counted.is_stopped() => Reason::Asked,
-                Some(decrease) if at.along_gradient(&counted, &lengths).max(decrease) <= at.noise() => Reason::Stationary,
+                Some(decrease) if at.along_gradient(counted, &lengths).max(decrease) <= at.noise() => Reason::Stationary,
                 _ => Reason::NoLowerValue,
             };
         };
         let length = largest_change(&next.x, &at.x);
         at = next;
         lengths.iter_mut().zip(at.lengths()).for_each(|(most, now)| *most = most.max(now));
-        history.push(at.iterate(&mut counted, length));
+        history.push(at.iterate(counted, length));
     };
-    let value = half_square(&at.r);
     // What the problem keeps is the motion of the best point.
     counted.evaluate(&at.x);
-    let mut multipliers = vec![0.0; counted.c.len()];
-    counted.asked().zip(&at.r).for_each(|(j, r)| multipliers[j] = *r);
-    let outcome = counted.outcome(at.x, value, multipliers, history, reason);
-    Ok(Fit { outcome, jacobian: at.jacobian })
+    Ok(Descended { at, history, reason })
 }
 
 fn half_square(r: &DVector<f64>) -> f64 {
@@ -110,10 +150,10 @@ fn residuals(problem: &Counted) -> DVector<f64> {
     DVector::from_vec(all)
 }
 
-struct State {
-    x: Vec<f64>,
+pub(super) struct State {
+    pub(super) x: Vec<f64>,
     r: DVector<f64>,
-    jacobian: DMatrix<f64>,
+    pub(super) jacobian: DMatrix<f64>,
 }
 
 impl State {
@@ -124,9 +164,12 @@ impl State {
     fn at(problem: &mut Counted, x: Vec<f64>) -> Result<Self, Error> {
         let rows: Vec<usize> = problem.asked().collect();
         let (r, mut jacobian) = (residuals(problem), problem.jacobian(&rows)?);
-        for (k, of) in rows.iter().map(|&j| &problem.intervals[j]).enumerate() {
-            // A residual that is within what it may be is zero around here.
-            if of.least != of.most && r[k] == 0.0 {
+        let descent = -jacobian.tr_mul(&r);
+        for (k, &j) in rows.iter().enumerate().filter(|(k, _)| r[*k] == 0.0) {
+            let (of, c) = (&problem.intervals[j], problem.c[j]);
+            let room = if jacobian.row(k).tr_dot(&descent) > 0.0 { of.most - c } else { c - of.least };
+            // Within its interval a residual stays zero around here, unless it soon leaves that on the way down.
+            if of.least != of.most && room * room > ROUNDING * r.norm_squared() {
                 jacobian.row_mut(k).fill(0.0);
             }
         }
@@ -192,6 +235,11 @@ impl State {
         problem.stationarity(&self.x, &self.derivatives(lengths))
     }
 
+    /// Whether the value may be rounding.
+    pub(super) fn is_rounding(&self) -> bool {
+        half_square(&self.r) <= SEEN * self.noise()
+    }
+
     /// What rounding of residuals, and of the sums that they are made of, leaves of the value.
     fn noise(&self) -> f64 {
         let sizes = DVector::from_iterator(self.x.len(), self.x.iter().map(|x| x.abs()));
@@ -235,17 +283,21 @@ impl State {
     fn step(&self, problem: &Counted, damping: f64, lengths: &[f64]) -> Option<DVector<f64>> {
         let a = self.free(problem, self.in_units(lengths), lengths);
         let (m, n) = a.shape();
-        let damped = |mut square: DMatrix<f64>| {
-            (0..square.nrows()).for_each(|i| square[(i, i)] += damping.max(f64::MIN_POSITIVE));
-            square.cholesky()
-        };
-        match m < n {
-            true => damped(&a * a.transpose()).map(|factors| -(a.tr_mul(&factors.solve(&self.r)))),
-            false => {
-                let step = damped(a.tr_mul(&a))?.solve(&a.tr_mul(&self.r));
-                Some(DVector::from_iterator(n, step.iter().zip(lengths).map(|(d, of)| -d * reciprocal(*of))))
-            }
+        let damping = damping.max(f64::MIN_POSITIVE);
+        if m < n {
+            let square = &a * a.transpose() + DMatrix::from_diagonal_element(m, m, damping);
+            return square.cholesky().map(|factors| -(a.tr_mul(&factors.solve(&self.r))));
         }
+        // Orthogonal factors, large rows first: AᵀA would lose rows of small units beside those of large ones.
+        let mut order = Vec::from_iter(0..m);
+        order.sort_by(|&i, &j| a.row(j).amax().total_cmp(&a.row(i).amax()));
+        let mut stacked = a.select_rows(&order).insert_rows(m, n, 0.0);
+        stacked.view_mut((m, 0), (n, n)).fill_diagonal(damping.sqrt());
+        let mut r = self.r.select_rows(&order).insert_rows(m, n, 0.0);
+        let factors = stacked.qr();
+        factors.q_tr_mul(&mut r);
+        let step = factors.r().solve_upper_triangular(&r.rows(0, n))?;
+        Some(DVector::from_iterator(n, step.iter().zip(lengths).map(|(d, of)| -d * reciprocal(*of))))
     }
 }
 

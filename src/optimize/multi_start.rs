@@ -40,8 +40,8 @@ pub fn multi_start<P: Problem>(
     each(starts, || None, one)
 }
 
-/// The outcome with the lowest value of those whose constraints hold within so much; the first of equal ones.
+/// The outcome with the lowest value of those whose constraints hold within so much; the first of equal ones. Starts without a value do not count.
 pub fn lowest(outcomes: &[Result<Outcome, Error>], violation: f64) -> Option<&Outcome> {
-    let good = outcomes.iter().flatten().filter(|outcome| outcome.violation <= violation);
+    let good = outcomes.iter().flatten().filter(|of| of.value.is_finite() && of.violation <= violation);
     good.min_by(|one, other| one.value.total_cmp(&other.value))
 }

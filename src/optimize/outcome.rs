@@ -81,8 +81,8 @@ pub enum Reason {
     Stationary,
     /// There is no lower value within rounding in the direction of search; where f jumps, as [`Outcome::halved`] tells, or folds, there may be one beyond.
     NoLowerValue,
-    /// Constraints do not get any closer to what they must be, which [`Outcome::violation`] tells: nearby there is no point where they hold. There may be
-    /// none at all, or one far away, to which another start or a [`homotopy`](super::homotopy()) may lead.
+    /// Constraints do not hold at any point nearby: at this one the sum of squares of their violations, in the units that they have, is least. There may
+    /// be no point at all where they hold, or one far away, to which another start or a [`homotopy`](super::homotopy()) may lead.
     Infeasible,
     /// The value falls without end: it still fell so far from the start that what was a unit of the variables there is rounding.
     Unbounded,
@@ -92,6 +92,9 @@ pub enum Reason {
     Iterations,
     /// The watcher said so, or the watcher of a simulation ([`Error::Interrupted`]).
     Asked,
+    /// The start has no value or no derivatives, as of a motion that cannot be computed: [`Outcome::first_failure`] says why. The value and the violation
+    /// are infinite.
+    NoStart,
     /// A derivative at the point could not be computed: `Outcome::first_failure` says why.
     NoDerivative,
 }
@@ -114,6 +117,7 @@ impl fmt::Display for Reason {
             Reason::NoWay => "the last problem of the homotopy was not reached",
             Reason::Iterations => "all iterations were made",
             Reason::Asked => "it was told to stop",
+            Reason::NoStart => "the start has no value or no derivatives",
             Reason::NoDerivative => "a derivative could not be computed",
         })
     }
@@ -149,6 +153,8 @@ pub struct Outcome {
     pub multipliers: Vec<f64>,
     /// Why it stopped.
     pub reason: Reason,
+    /// Iterations, also those towards constraints alone, which the history does not list.
+    pub iterations: usize,
     /// Values that were asked for: simulations.
     pub evaluations: usize,
     /// Gradients that were asked for, and columns of Jacobians: one sweep each.
@@ -163,7 +169,7 @@ pub struct Outcome {
     pub halved: usize,
     /// Points that had no value, or no derivatives.
     pub failures: usize,
-    /// Why the first had none; what ended the method, if that was [`Reason::NoDerivative`].
+    /// Why the first had none; what ended the method, if that was [`Reason::NoDerivative`] or [`Reason::NoStart`].
     pub first_failure: Option<Error>,
 }
 
@@ -175,6 +181,22 @@ impl Outcome {
             let Iterate { value, violation, stationarity, step, evaluations } = it;
             table + &format!("{k},{evaluations},{value:e},{violation:e},{stationarity:e},{step:e}\n")
         })
+    }
+}
+
+/// Why the method stopped, after how many iterations, with which value and violation; one line.
+impl fmt::Display for Outcome {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        let Outcome { reason, iterations, evaluations, gradients, products, value, violation, .. } = self;
+        write!(
+            f,
+            "{reason}, after {iterations} iterations ({evaluations} values, {gradients} gradients, {products} products): "
+        )?;
+        write!(f, "value {value:e}, largest violation {violation:e}")?;
+        match &self.first_failure {
+            Some(error) if matches!(reason, Reason::NoStart | Reason::NoDerivative) => write!(f, "; {error}"),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -3,8 +3,8 @@
 use super::common::assert_says;
 use super::{Function, Given, everything_free, problem, push, shooting};
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Quantity, Trials, Variables, interior_point, lbfgs,
-    levenberg_marquardt, silent,
+    Free, Interval, MotionProblem, MultipleShooting, Options, Problem, Quantity, Reason, Trials, Variables, interior_point,
+    lbfgs, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{Constraint, Error, Grid, Inputs, Scalar, Scene, Settings, Start, Warning};
@@ -93,7 +93,9 @@ fn squares_beyond_the_range_of_numbers_are_no_minimum() {
     for (function, words) in [(heavy, ["½‖r‖²", "inf"]), (steep, ["`x0`", "inf"])] {
         let mut problem = Given::new(function, vec![Interval::FREE], vec![Interval::ZERO; 2]);
         let found = levenberg_marquardt(&mut problem, &[0.0], &Options::default(), &mut silent);
-        assert_says(&found.expect_err("nothing to compare"), &words);
+        let outcome = found.expect("an outcome").outcome;
+        assert_eq!(outcome.reason, Reason::NoStart, "{outcome:?}");
+        assert_says(&outcome.first_failure.expect("nothing to compare"), &words);
     }
     let less: Function = |x, c, g| weighted(x, c, g, 1e150);
     let mut problem = Given::new(less, vec![Interval::FREE], vec![Interval::ZERO; 2]);

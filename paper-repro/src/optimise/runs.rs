@@ -45,7 +45,7 @@ impl Run {
         vec![
             self.name.text(),
             self.method.to_owned(),
-            (outcome.history.len() - 1).to_string(),
+            outcome.iterations.to_string(),
             outcome.evaluations.to_string(),
             outcome.gradients.to_string(),
             outcome.products.to_string(),
@@ -63,7 +63,7 @@ impl Run {
         json!({
             "problem": self.name.text(),
             "method": self.method,
-            "iterations": outcome.history.len() - 1,
+            "iterations": outcome.iterations,
             "simulations": outcome.evaluations,
             "gradients": outcome.gradients,
             "products": outcome.products,

@@ -39,6 +39,7 @@ pub fn solve(posed: &Posed, options: &Options, is_merged: bool) -> Result<(Outco
         let last = found.outcome;
         let after = |it: Iterate| Iterate { evaluations: before.evaluations + it.evaluations, ..it };
         found.outcome = Outcome {
+            iterations: before.iterations + last.iterations,
             evaluations: before.evaluations + last.evaluations,
             gradients: before.gradients + last.gradients,
             products: before.products + last.products,

@@ -170,13 +170,18 @@ impl<'e> Chain<'e> {
             .or_else(|| WRONG[INNER..].iter().find_map(replaced))
     }
 
-    /// A step with any constant factor.
-    pub(super) fn scaled_step(&self, mask: &Mask) -> Option<Diagnosis> {
-        self.cuts.iter().find_map(|cut| {
+    /// A step with any constant factor, or an inner derivative that is wrong in one use of several.
+    pub(super) fn unlikely_step(&self, mask: &Mask) -> Option<Diagnosis> {
+        let scaled = |cut: &Vec<Link>| {
             let term = self.term(cut, &self.sweeps);
             let c = mask.multiple(|p, e| mask.truth(p, e), &term).filter(|c| c.abs() > FEW && mask.varies(&term))?;
             Some(self.describe(mask, cut, c))
-        })
+        };
+        let uses = || self.cuts.iter().filter(|cut| cut.len() == 1 && cut[0].y != cut[0].z).map(|cut| &cut[0]);
+        let in_one_use = |&(mistake, _, text, wrong): &Wrong| {
+            uses().find_map(|link| self.replaced(mask, link, &(mistake, false, text, wrong)))
+        };
+        WRONG[..INNER].iter().find_map(in_one_use).or_else(|| self.cuts.iter().find_map(scaled))
     }
 
     fn describe(&self, mask: &Mask, cut: &[Link], c: f64) -> Diagnosis {

@@ -166,7 +166,7 @@ fn part(mask: &Mask, chain: &Option<Chain>) -> Option<Diagnosis> {
         .or_else(|| factor::constant(mask))
         .or_else(|| factor::argument(mask))
         .or_else(|| arguments::stale(mask))
-        .or_else(|| chain.as_ref()?.scaled_step(mask))
+        .or_else(|| chain.as_ref()?.unlikely_step(mask))
         .or_else(|| terms::of_other_blocks(mask))
 }
 

@@ -62,28 +62,26 @@ impl Counted<'_> {
         is_confirmed
     }
 
-    /// Whether violations end, at the point x that was evaluated last, where their squares with these shares are least, and not beside points without a value,
+    /// Whether violations end, at the point x that was evaluated last, where their squares are least, and not beside points without a value,
     /// or a jump that a change within such a reach would have to pass: a step may have several solutions.
     ///
     /// # Errors
     /// Those of a Jacobian.
-    pub(in super::super) fn is_least_violated(&mut self, x: &[f64], reach: f64, shares: &[f64]) -> Result<bool, Error> {
+    pub(in super::super) fn is_least_violated(&mut self, x: &[f64], reach: f64) -> Result<bool, Error> {
         let far = if self.failures + self.halved == 0 { reach.max(largest(x)) } else { f64::INFINITY };
-        Ok(!self.leads_on(x, far, shares)?)
+        Ok(!self.leads_on(x, far)?)
     }
 
     /// Whether some variable that its bounds let go, no farther than such a reach, would make violations less, at the point x that was evaluated last: the sum
-    /// of their squares with these shares.
+    /// of their squares.
     ///
     /// # Errors
     /// Those of a Jacobian.
-    fn leads_on(&mut self, x: &[f64], reach: f64, shares: &[f64]) -> Result<bool, Error> {
+    fn leads_on(&mut self, x: &[f64], reach: f64) -> Result<bool, Error> {
         let excess = self.excess();
         let violated: Vec<usize> = (0..excess.len()).filter(|&j| excess[j] != 0.0).collect();
-        let mut jacobian = self.jacobian(&violated)?;
-        let roots = || violated.iter().map(|&j| shares[j].sqrt());
-        jacobian.row_iter_mut().zip(roots()).for_each(|(mut row, root)| row *= root);
-        let excess = DVector::from_iterator(violated.len(), violated.iter().zip(roots()).map(|(&j, root)| root * excess[j]));
+        let jacobian = self.jacobian(&violated)?;
+        let excess = DVector::from_iterator(violated.len(), violated.iter().map(|&j| excess[j]));
         let leads_on = |i: usize| {
             let (slope, column) = (jacobian.column(i).dot(&excess), jacobian.column(i).norm());
             // A method that keeps inside of bounds never is at one.

@@ -34,7 +34,10 @@ pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> R
     loop {
         // As `dyn`: the method calls itself here, and with a type of its own each time that could not be compiled.
         let excess: &mut dyn Problem = &mut Excess::new(problem);
-        let Outcome { x: next, history, reason, .. } = interior_point(excess, &end, &options, &mut silent)?;
+        let Outcome { x: next, history, reason, first_failure, .. } = interior_point(excess, &end, &options, &mut silent)?;
+        if let (Reason::NoStart, Some(error)) = (reason, first_failure) {
+            return Err(error);
+        }
         end = next;
         (iterations, options.iterations) = (iterations + history.len(), options.iterations.saturating_sub(history.len()));
         let last = history[history.len() - 1].value;

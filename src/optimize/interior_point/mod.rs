@@ -13,7 +13,7 @@ mod feasibility;
 mod method;
 mod step;
 
-use super::counted::Counted;
+use super::counted::{Counted, Found, solve};
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use method::Method;
@@ -33,23 +33,24 @@ const ROUNDING: f64 = 1e-14;
 /// but `watch` does not see them, and the history only where they led.
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit; a start without a value or without derivatives, as of a problem without products.
+/// Sizes, bounds or options that do not fit; a problem without products.
 pub fn interior_point(
     problem: &mut dyn Problem,
     start: &[f64],
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    let (mut counted, x) = Counted::new(problem, start, options)?;
-    let mut method = Method::new(&mut counted, &x, options.violation)?;
-    let mut iterations = Iterations::new(method.iterate(&mut counted, 0.0));
-    let found = iterate(&mut counted, &mut method, &mut iterations, options, watch);
-    let reason = counted.reason(found, iterations.history.len())?;
-    let multipliers = method.all_multipliers(&counted);
-    let (x, value) = (method.x().as_slice().to_vec(), method.value);
-    // What the problem keeps is the motion of the answer.
-    counted.ensure(&x);
-    Ok(counted.outcome(x, value, multipliers, iterations.history, reason))
+    solve(problem, start, options, |problem, x| {
+        let mut method = Method::new(problem, &x, options.violation)?;
+        let mut iterations = Iterations::new(method.iterate(problem, 0.0));
+        let found = iterate(problem, &mut method, &mut iterations, options, watch);
+        let reason = problem.reason(found, iterations.history.len())?;
+        let multipliers = method.all_multipliers(problem);
+        let (x, value) = (method.x().as_slice().to_vec(), method.value);
+        // What the problem keeps is the motion of the answer.
+        problem.ensure(&x);
+        Ok(Found { x, value, multipliers, history: iterations.history, reason })
+    })
 }
 
 /// Goes on from a point until there is a reason to stop.
@@ -80,7 +81,8 @@ fn iterate(
         if feasible && is_stationary(method, counted, iterations, (asked, options.violation))? {
             return Ok(Reason::Stationary);
         }
-        if iterations.count() >= options.iterations {
+        let count = iterations.history.len() - 1 + counted.apart;
+        if count >= options.iterations {
             return Ok(Reason::Iterations);
         }
         method.lower_barrier(method.small_mu(asked).max(f64::MIN_POSITIVE));
@@ -92,17 +94,17 @@ fn iterate(
             // No more can be asked for.
             None if holds_to_rounding(method, counted)? => allowed = last.violation,
             None => {
-                let left = Options { iterations: options.iterations - iterations.count(), ..*options };
+                let left = Options { iterations: options.iterations - count, ..*options };
                 let x = method.x().as_slice().to_vec();
                 let found = feasibility::approach(counted, &x, &left)?;
                 *method = Method::at(counted, &method.start, found.x, allowed)?;
                 radius = method.first_radius(options);
-                iterations.begin_again(method.iterate(counted, found.step), found.iterations);
+                counted.apart += found.iterations;
+                iterations.begin_again(method.iterate(counted, found.step));
                 if found.is_least {
                     let x = method.x();
                     if !counted.holds_to_rounding(x.as_slice(), 0.0)? {
-                        let alike = vec![1.0; counted.c.len()];
-                        let is_least = counted.is_least_violated(x.as_slice(), unit, &alike)?;
+                        let is_least = counted.is_least_violated(x.as_slice(), unit)?;
                         return Ok(if is_least { Reason::Infeasible } else { Reason::NoLowerValue });
                     }
                     // No more can be asked for.
@@ -154,22 +156,17 @@ struct Iterations {
     history: Vec<Iterate>,
     /// The last steps of which nothing was foreseen.
     idle: usize,
-    /// Where the method began last, and the iterations towards constraints alone.
+    /// Where the method began last.
     begin: usize,
-    apart: usize,
 }
 
 impl Iterations {
     fn new(first: Iterate) -> Self {
-        Iterations { history: vec![first], idle: 0, begin: 0, apart: 0 }
+        Iterations { history: vec![first], idle: 0, begin: 0 }
     }
 
     fn last(&self) -> Iterate {
         self.history[self.history.len() - 1]
-    }
-
-    fn count(&self) -> usize {
-        self.history.len() - 1 + self.apart
     }
 
     fn go(&mut self, to: Iterate, is_idle: bool) {
@@ -177,8 +174,8 @@ impl Iterations {
         self.history.push(to);
     }
 
-    fn begin_again(&mut self, at: Iterate, apart: usize) {
-        (self.idle, self.begin, self.apart) = (0, self.history.len(), self.apart + apart);
+    fn begin_again(&mut self, at: Iterate) {
+        (self.idle, self.begin) = (0, self.history.len());
         self.history.push(at);
     }
 

@@ -615,7 +615,7 @@ fn mistakes_of_new_users_are_named() {
         cases.len(),
         cases.len() - right - wrong
     );
-    assert!(right * 30 >= cases.len() * 28 && wrong == 0, "{right} of {} named right, {wrong} named wrong", cases.len());
+    assert!(right == cases.len(), "{right} of {} named right, {wrong} named wrong", cases.len());
 }
 
 /// Right blocks, and what nonsense is made of each: random numbers, another function, a random change of each entry, random constants.
