@@ -53,6 +53,15 @@ pub struct AdjointVariables {
 }
 
 impl Gradient {
+    /// Multiplies all derivatives.
+    pub(super) fn multiply(&mut self, factor: f64) {
+        self.controls *= factor;
+        self.design *= factor;
+        *self.start.q_mut() *= factor;
+        *self.start.rate_mut() *= factor;
+        self.steps.iter_mut().for_each(|d| *d *= factor);
+    }
+
     /// Refuses sums over the nodes that overflowed; `first` is the number of the first node.
     pub(crate) fn check_finite(&self, system: &System, first: usize) -> Result<(), Error> {
         let Gradient { value, controls, design, start, steps, .. } = self;

@@ -7,9 +7,9 @@ use super::place::{Place, set_scales};
 use super::plan::{Block, Setting};
 use super::random::Random;
 use super::report::{BlockReport, Entry, Mistake, Verdict};
-use super::scan::bends;
+use super::search::Features;
 
-/// Places found by searching: the most for each point, and for all columns together; but not fewer than the last.
+/// Places beside the points: the most for each point, and for all columns together, if they need not be; but not fewer than the last.
 const BENDS: (usize, usize, usize) = (3, 400, 6);
 /// So many of the worst of them take part in the diagnosis.
 const DIAGNOSED_BENDS: usize = 4;
@@ -17,20 +17,23 @@ const DIAGNOSED_BENDS: usize = 4;
 const DIFFERENCED_BENDS: usize = 2;
 /// What noise is drawn with.
 pub(crate) const SEED: u64 = 0x5eed;
+/// Of functions with more arguments than these, a listed entry is given with the one that it is differentiated by.
+const NAMED: usize = 48;
 /// The number of wrong entries that are listed.
 const LISTED: usize = 4;
 
-/// The points at which a block is compared, and behind them the places where the formula bends near them.
-pub(crate) fn places(block: &Block, setting: &Setting, random: &mut Random) -> Vec<Place> {
+/// The points at which a block is compared, and after them those that show what these do not; and the features of the block's function.
+pub(crate) fn places<'a>(block: &'a Block, setting: &'a Setting, random: &mut Random) -> (Vec<Place>, Features<'a>) {
     let mut places = Place::of_points(&block.truth, setting, random);
     let most = (BENDS.0 * places.len()).min(BENDS.1 / block.columns.len().max(1)).max(BENDS.2);
-    let found = bends(&block.truth, setting, most).into_iter();
-    let found = found.map(|bend| Place::new(&block.truth, bend.x, Some(bend.base), random));
+    let features = Features::find(&block.truth, setting, most);
+    let found = features.points[places.len()..].iter();
+    let found = found.map(|known| Place::new(&block.truth, known.x.clone(), Some(known.base), random));
     places.extend(found.filter(Place::is_finite));
-    places
+    (places, features)
 }
 
-/// Compares one block at all points, and where the formula bends near them.
+/// Compares one block at all points.
 pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     let (rows, columns) = (block.rows.len(), block.columns.len());
     let (name, size, tolerance) = (block.name.clone(), (rows, columns), setting.tolerance);
@@ -41,7 +44,7 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     }
     let mut random = Random::new(setting.seed ^ SEED);
     let (of, drawn, magnitudes) = (&block.truth, setting.drawn.points.len(), setting.magnitudes.as_slice());
-    let mut places = places(block, setting, &mut random);
+    let (mut places, features) = places(block, setting, &mut random);
     set_scales(&mut places, &of.by, setting);
     places.iter_mut().for_each(|place| place.hand = fitting((block.hand)(&place.x), rows, columns));
     for (k, place) in places[drawn..].iter_mut().enumerate() {
@@ -51,7 +54,7 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     }
     let mut agreements: Vec<Agreement> =
         places.iter().map(|place| agreement(of, place, magnitudes, [&block.rows, &block.columns])).collect();
-    note_agreement(&agreements, &mut report);
+    note_agreement(&agreements, drawn, &mut report);
     look_below(block, setting, &mut agreements, &mut report);
     let judged = places.iter().zip(&agreements).filter(|(_, agreement)| agreement.conflict.is_none());
     let judged: Vec<&Place> = judged.map(|(place, _)| place).collect();
@@ -61,23 +64,48 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     if places[..drawn].iter().all(|place| place.differences.iter().all(|x| !x.is_finite())) {
         report.notes.push("no differences could be formed near any point: two oracles instead of three".into());
     }
-    if judged.is_empty() || report.verdict == Verdict::OraclesDisagree {
+    if report.points == 0 || report.verdict == Verdict::OraclesDisagree {
         report.verdict = Verdict::OraclesDisagree;
     } else {
+        let seen: Vec<&[f64]> = judged.iter().map(|place| place.x.as_slice()).collect();
         judge(block, setting, judged, &mut report);
+        doubt((&features, &seen), &mut report);
     }
     report
 }
 
+/// A block that is right wherever it was compared is so as far as these points show its function.
+fn doubt((features, points): (&Features, &[&[f64]]), report: &mut BlockReport) {
+    if report.verdict != Verdict::Right {
+        return;
+    }
+    let unseen = features.unseen(points);
+    if !unseen.is_empty() {
+        report.verdict = Verdict::Undecided;
+        report.notes.push(format!(
+            "no point was found that shows {}, so that the block may be wrong there; give such a point with `.at(point)`, beside random ones with \
+             `.random_points(12, 1)`, or exclude what never happens with `.admissible(…)`",
+            unseen.join(", nor ")
+        ));
+    } else if features.is_blind() {
+        let note = "the formula compares values (`re()`), with one outcome at all points: if there is another one, give a point of it with `.at(point)`";
+        report.notes.push(note.into());
+    }
+    if features.excludes {
+        report.notes.push("what only points that are not `admissible` show was not compared".into());
+    }
+}
+
 /// Where the oracles disagree: a kink is set aside, anything else is a verdict.
-fn note_agreement(agreements: &[Agreement], report: &mut BlockReport) {
+fn note_agreement(agreements: &[Agreement], chosen: usize, report: &mut BlockReport) {
     let largest = |of: fn(&Agreement) -> f64| agreements.iter().map(of).fold(0.0, f64::max);
     report.complex_step_error = largest(|a| a.complex_step);
     report.differences_error = largest(|a| a.differences);
     let conflicts: Vec<&Conflict> = agreements.iter().filter_map(|a| a.conflict.as_ref()).collect();
     let serious = conflicts.iter().find(|conflict| !conflict.is_kink);
     report.notes.extend(serious.or(conflicts.first()).map(|conflict| conflict.text.clone()));
-    if serious.is_some() || conflicts.len() == agreements.len() {
+    // Points that are found beside those that were chosen are no excuse for none of these.
+    if serious.is_some() || agreements[..chosen].iter().all(|agreement| agreement.conflict.is_some()) {
         report.verdict = Verdict::OraclesDisagree;
     } else if !conflicts.is_empty() {
         report.notes.push(format!("{} of {} points were set aside for it", conflicts.len(), agreements.len()));
@@ -120,7 +148,7 @@ fn judge(block: &Block, setting: &Setting, judged: Vec<&Place>, report: &mut Blo
     measure(&evidence, report);
     report.verdict = if report.wrong_entries == 0 { Verdict::Right } else { Verdict::Wrong };
     if report.verdict == Verdict::Right && evidence.at.iter().all(|at| at.truth.iter().all(|x| *x == 0.0)) {
-        report.notes.push("zero at every point: if it is not zero by nature, choose points where it is not".into());
+        doubt_zero(&evidence, report);
     }
     if report.verdict == Verdict::Wrong {
         let evidence = evidence.with_worst(report.points, DIAGNOSED_BENDS);
@@ -132,12 +160,55 @@ fn judge(block: &Block, setting: &Setting, judged: Vec<&Place>, report: &mut Blo
     }
 }
 
+/// A block that is zero at every point is right if it is zero with other arguments and constants, too, or the block by hand is that of these.
+fn doubt_zero(Evidence { block, setting, at }: &Evidence, report: &mut BlockReport) {
+    let mut random = Random::new(setting.seed ^ 0x2e20);
+    let groups = setting.groups.iter().flat_map(|(_, range)| range.clone());
+    let all: Vec<usize> = groups.chain(setting.free.iter().copied()).collect();
+    for place in at.iter().take(4) {
+        let mut x = place.x.clone();
+        for &k in &all {
+            x[k] = (setting.magnitudes[k] * random.uniform(0.5, 1.5)).copysign(x[k]);
+        }
+        (setting.settle)(&mut x);
+        let truth = block.truth.dual(&x);
+        let largest = truth.amax();
+        if largest > 0.0 && largest.is_finite() {
+            let hand = fitting((block.hand)(&x), block.rows.len(), block.columns.len());
+            if hand.shape() != truth.shape() || (hand - truth).iter().any(|error| !(error.abs() <= 1e-6 * largest)) {
+                report.verdict = Verdict::Undecided;
+                let note = "zero at every point with these constants, and not with all others: choose constants with which it is not \
+                            (`.vary_constants(0.2)` varies those that are not 0), or give a point with `.at(point)`";
+                report.notes.push(note.into());
+            }
+            return;
+        }
+    }
+}
+
+/// The arguments that an entry depends on at a place, with their names.
+fn arguments(Evidence { block, setting, .. }: &Evidence, place: &Place, at: (usize, usize)) -> Vec<(String, f64)> {
+    let names = &setting.arguments;
+    let (own, count) = (block.truth.by.start + at.1, names.len() - 1);
+    let entries = |x: &[f64]| {
+        let hand = fitting((block.hand)(x), block.rows.len(), block.columns.len());
+        (hand.get(at).copied(), block.truth.dual(x)[at])
+    };
+    let here = entries(&place.x);
+    let depends = |k: usize| {
+        let mut x = place.x.clone();
+        x[k] += 1e-3 * x[k].abs().max(setting.magnitudes[k]);
+        count <= NAMED && k != own && entries(&x) != here
+    };
+    (0..count).filter(|&k| k == own || depends(k)).map(|k| (names[k].clone(), place.x[k])).collect()
+}
+
 /// Errors and the worst entries.
 fn measure(evidence: &Evidence, report: &mut BlockReport) {
     let (rows, columns) = (evidence.rows(), evidence.columns());
     // NaN counts as infinitely wrong.
     let at_least = |x: f64, y: f64| if y.is_nan() { f64::INFINITY } else { x.max(y) };
-    let mut wrong: Vec<(f64, Entry)> = Vec::new();
+    let (mut wrong, mut closest): (Vec<(f64, Entry, usize, (usize, usize))>, f64) = (Vec::new(), -1.0);
     for at in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
         let errors = |place: &Place| {
             let error = (place.hand[at] - place.truth[at]).abs();
@@ -148,14 +219,20 @@ fn measure(evidence: &Evidence, report: &mut BlockReport) {
             report.relative_error = at_least(report.relative_error, relative);
         }
         let worst = (0..evidence.at.len()).map(|p| (evidence.excess(p, at), p)).max_by(|a, b| a.0.total_cmp(&b.0));
-        if let Some((_, p)) = worst.filter(|(excess, _)| *excess > 1.0) {
-            let Place { hand, truth, number, .. } = evidence.at[p];
+        let Some((excess, p)) = worst else { continue };
+        let Place { hand, truth, number, tolerance, scale, .. } = evidence.at[p];
+        if excess > closest {
+            (closest, report.allowed) = (excess, if tolerance[at] == 0.0 { 0.0 } else { tolerance[at] / scale[at] });
+        }
+        if excess > 1.0 {
             let (row, column) = (evidence.block.rows[at.0].clone(), evidence.block.columns[at.1].clone());
-            let entry = Entry { row, column, hand: hand[at], truth: truth[at], point: *number };
-            wrong.push((at_least(0.0, errors(evidence.at[p])[1]), entry));
+            let (hand, truth, allowed) = (hand[at], truth[at], tolerance[at]);
+            let entry = Entry { row, column, hand, truth, allowed, point: *number, at: Vec::new() };
+            wrong.push((at_least(0.0, errors(evidence.at[p])[1]), entry, p, at));
         }
     }
     wrong.sort_by(|a, b| b.0.total_cmp(&a.0));
     report.wrong_entries = wrong.len();
-    report.entries = wrong.into_iter().take(LISTED).map(|(_, entry)| entry).collect();
+    let named = |(_, entry, p, at)| Entry { at: arguments(evidence, evidence.at[p], at), ..entry };
+    report.entries = wrong.into_iter().take(LISTED).map(named).collect();
 }

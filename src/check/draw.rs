@@ -3,6 +3,8 @@
 use super::random::Random;
 use crate::Error;
 
+/// Random points that are drawn unless others are asked for.
+const USUAL: usize = 12;
 /// Tries for one point at which the formula is defined.
 const MOST_DRAWS: usize = 200;
 /// Every second point is the one before with about half of its arguments smaller, by up to so many decades.
@@ -14,28 +16,24 @@ pub(crate) struct Drawn {
     pub points: Vec<Vec<f64>>,
     /// Of each point: the one that it is with some arguments made small.
     pub parents: Vec<Option<usize>>,
-    /// Whether the user has given them.
-    pub given: bool,
     /// What the report shall say about them.
     pub notes: Vec<String>,
 }
 
-/// The points that are given, or `count` ones: by turns a `fresh` one and one with small arguments. Of two fresh ones the second has the opposite
+/// The points that are given, and `count` ones, or 12 if there are no others: by turns a `fresh` one and one with small arguments. Of two fresh ones the second has the opposite
 /// signs; the first of the next two has about half of them: or products of two arguments would have one sign everywhere.
 ///
 /// # Errors
 /// Refuses to compare nothing because every point was left out.
 pub(crate) fn draw(
     given: Vec<Vec<f64>>,
-    (count, seed): (usize, u64),
+    (count, seed): (Option<usize>, u64),
     signed: &[usize],
     fresh: impl Fn(&mut Random) -> Vec<f64>,
     usable: impl Fn(&[f64]) -> bool,
 ) -> Result<Drawn, Error> {
-    if !given.is_empty() {
-        return Ok(Drawn { given: true, ..Drawn::of(given) });
-    }
-    let (mut drawn, mut left_out, random) = (Drawn::default(), 0, &mut Random::new(seed));
+    let (first, count) = (given.len(), count.unwrap_or(if given.is_empty() { USUAL } else { 0 }));
+    let (mut drawn, mut left_out, random) = (Drawn::of(given), 0, &mut Random::new(seed));
     for k in 0..count {
         for attempt in 0..MOST_DRAWS {
             // Where signs or small arguments are outside of the domain, other points must do.
@@ -56,8 +54,8 @@ pub(crate) fn draw(
             left_out += 1;
         }
     }
-    let found = drawn.points.len();
-    if left_out > 0 && found == 0 {
+    let found = drawn.points.len() - first;
+    if left_out > 0 && drawn.points.is_empty() {
         return Err(Error::NoPoint { drawn: left_out });
     }
     if left_out > 0 {

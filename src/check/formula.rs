@@ -18,6 +18,9 @@ pub trait Function {
 pub(crate) trait Formula {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R>;
 
+    /// What it is made of by arithmetic and differentiation, recorded.
+    fn symbols(&self, x: &[Symbol]) -> Vec<Symbol>;
+
     /// s f(x), with s = 1 behind all arguments of f: its derivatives are those of f, and f itself by s.
     fn times_last<R: Real>(&self, x: &[R]) -> Vec<R> {
         let Some((&s, x)) = x.split_last() else { return Vec::new() };
@@ -38,6 +41,8 @@ pub(crate) trait Differentiable {
     fn by_complex_step(&self, x: &[f64], direction: &[f64]) -> Vec<f64>;
     /// Graph of the formula without its last argument, and the nodes of its results. `None` if it cannot be recorded.
     fn derived_graph(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)>;
+    /// The graph of what it is made of, as recorded at a point, with those arguments as inputs that are not fixed, and its results. None if it panics.
+    fn recorded(&self, x: &[f64], is_fixed: &[bool]) -> Option<(Graph, Vec<Node>)>;
 }
 
 impl<F: Formula> Differentiable for F {
@@ -59,6 +64,15 @@ impl<F: Formula> Differentiable for F {
 
     fn derived_graph(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
         self.record(&x[..x.len().saturating_sub(1)])
+    }
+
+    fn recorded(&self, x: &[f64], is_fixed: &[bool]) -> Option<(Graph, Vec<Node>)> {
+        record_branch(|put| {
+            let symbol = |(k, &x): (usize, &f64)| if is_fixed[k] { Symbol::from(x) } else { Symbol::input(k, x) };
+            // The last argument is the factor of all values.
+            let x: Vec<Symbol> = x[..x.len() - 1].iter().enumerate().map(symbol).collect();
+            self.symbols(&x).into_iter().for_each(put);
+        })
     }
 }
 
@@ -86,6 +100,10 @@ impl<F: Function> Formula for &F {
     fn record(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
         record(*self, x)
     }
+
+    fn symbols(&self, x: &[Symbol]) -> Vec<Symbol> {
+        Function::value(*self, x)
+    }
 }
 
 /// A function of an element's arguments, and what is made of it.
@@ -96,6 +114,10 @@ pub(crate) struct Made<F> {
 }
 
 impl<F: Function> Formula for Made<F> {
+    fn symbols(&self, x: &[Symbol]) -> Vec<Symbol> {
+        self.function.value(x)
+    }
+
     fn value<R: Real>(&self, x: &[R]) -> Vec<R> {
         let Some(by) = self.derived.gradient else { return self.rate(x) };
         let mut lifted: Vec<Dual<R>> = x.iter().map(|&x| Dual::new(x, R::zero())).collect();

@@ -22,7 +22,8 @@ pub struct FunctionCheck<'a, F> {
     outputs: Vec<String>,
     magnitudes: Vec<f64>,
     given: Vec<Vec<f64>>,
-    count: usize,
+    /// The number of random points, if it was asked for.
+    count: Option<usize>,
     seed: u64,
     blocks: Vec<Block<'a>>,
 }
@@ -57,7 +58,7 @@ pub fn function<'a, F: Function, const I: usize, const O: usize>(
         outputs: outputs.iter().map(quoted).collect(),
         magnitudes: vec![1.0; I],
         given: Vec::new(),
-        count: 12,
+        count: None,
         seed: 1,
         blocks: Vec::new(),
     }
@@ -89,15 +90,15 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         self
     }
 
-    /// Compares at this point and where the function bends near it, and at no random ones.
+    /// Compares at this point, and at no random points unless [`random_points`](Self::random_points) is called, too.
     pub fn at(mut self, point: &[f64]) -> Self {
         self.given.push(point.to_vec());
         self
     }
 
-    /// The number of random points (12 at first) and their seed.
+    /// The number of random points (12 at first, none beside points that are given) and their seed.
     pub fn random_points(mut self, count: usize, seed: u64) -> Self {
-        (self.count, self.seed) = (count, seed);
+        (self.count, self.seed) = (Some(count), seed);
         self
     }
 
@@ -145,7 +146,6 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         let magnitudes = self.magnitudes.iter().copied().chain([1.0]).collect();
         let setting = Setting {
             free: (0..count).collect(),
-            kinds: vec![(0..count).collect()],
             groups: vec![("x".to_string(), 0..count)],
             ..Setting::new(drawn, self.seed, 1e-11, arguments, magnitudes)
         };

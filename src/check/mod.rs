@@ -14,7 +14,7 @@
 //!
 //! With the feature `files`, derivatives may come from a program in any other language: line by line (`Pipe`) or in a file (`Answers`).
 //!
-//! Each compares at random points over decades of magnitude, and where the formula bends near them, with dual numbers, complex step and central differences with Ridders' extrapolation, and
+//! Each compares at random points over decades of magnitude, and at points that show every branch and narrow feature of the formula, with dual numbers, complex step and central differences with Ridders' extrapolation, and
 //! returns a report: `println!("{report}")` for people, its fields for machines, `report.assert_passed()` for tests.
 //! Errors are relative to the sizes of their row and column at the point, so units do not matter. Which check sees what, and what none of
 //! them can see, is described in `docs/checking-derivatives.md`.
@@ -28,6 +28,7 @@ mod diagnosis;
 mod direct;
 mod draw;
 mod element;
+mod features;
 mod formula;
 mod function;
 mod gradient;
@@ -42,7 +43,7 @@ mod random;
 mod report;
 mod ridders;
 mod scale;
-mod scan;
+mod search;
 mod step;
 #[cfg(feature = "files")]
 mod worksheet;

@@ -97,15 +97,23 @@ impl Pipe {
     /// Ends the program.
     ///
     /// # Errors
-    /// The first answer that failed: a program that ended or took too long, a line that is no matrix, an error that it told.
+    /// The first answer that failed: a program that ended or took too long, a line that is no matrix, an error that it told, a line more than there
+    /// were questions.
     pub fn finish(self) -> Result<(), Error> {
-        let problem = self.0.lock().unwrap_or_else(PoisonError::into_inner).problem.take();
+        let mut talk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        talk.questions = None;
+        let wait = if talk.problem.is_none() && talk.status().is_some() { MOST_WAITS as u32 * WAIT } else { WAIT };
+        let surplus = talk.answers.recv_timeout(wait).ok().and_then(Result::ok).map(|line| unasked(&line));
+        let problem = talk.problem.take().or(surplus.map(|text| format!("after {} questions: {text}", talk.asked)));
         problem.map_or(Ok(()), |problem| Err(wrong(problem)))
     }
 }
 
 impl Talk {
     fn exchange(&mut self, question: &Value) -> Result<DMatrix<f64>, String> {
+        if let Ok(Ok(line)) = self.answers.try_recv() {
+            return Err(unasked(&line));
+        }
         self.asked += 1;
         self.most.store(most_bytes(question), Ordering::Relaxed);
         let input = self.questions.as_mut().ok_or("it has no input")?;
@@ -146,6 +154,15 @@ impl Drop for Talk {
     }
 }
 
+/// A line that no question was asked for: all answers from there on, or some before, would be those of other questions.
+fn unasked(line: &str) -> String {
+    format!("it wrote a line more than it was asked for, `{}`; it must answer each question with one line", shown(line))
+}
+
+fn shown(line: &str) -> String {
+    line.chars().take(60).collect()
+}
+
 /// The most bytes that the answer to a question may have.
 fn most_bytes(question: &Value) -> usize {
     let lists = question.as_object().into_iter().flat_map(|lists| lists.values());
@@ -176,11 +193,10 @@ fn read_line(output: &mut impl BufRead, most: &AtomicUsize) -> Result<Option<Str
 
 /// A matrix in a line.
 fn matrix(line: &str) -> Result<DMatrix<f64>, String> {
-    let shown = || line.chars().take(60).collect::<String>();
-    let value: Value = serde_json::from_str(line).map_err(|error| format!("`{}` is no JSON: {error}", shown()))?;
+    let value: Value = serde_json::from_str(line).map_err(|error| format!("`{}` is no JSON: {error}", shown(line)))?;
     match value.get("error") {
         Some(text) => Err(format!("it says {text}")),
-        None => worksheet::matrix(&value).map_err(|problem| format!("`{}` {problem}", shown())),
+        None => worksheet::matrix(&value).map_err(|problem| format!("`{}` {problem}", shown(line))),
     }
 }
 

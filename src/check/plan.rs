@@ -38,9 +38,9 @@ type Admissible<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
 /// Where blocks are compared, and how strictly.
 pub(crate) struct Setting<'a> {
     pub drawn: Drawn,
-    /// Arguments along which one may search for places where the formula bends, and those that may become small together.
+    /// Arguments that may be moved to where the formula has a branch or a narrow feature, and the bounds of each argument.
     pub free: Vec<usize>,
-    pub kinds: Vec<Vec<usize>>,
+    pub bounds: Vec<[f64; 2]>,
     /// Makes a point's other arguments fit those that were moved.
     pub settle: Change<'a>,
     pub admissible: Admissible<'a>,
@@ -87,7 +87,7 @@ impl<'a> Setting<'a> {
         Setting {
             drawn,
             free: Vec::new(),
-            kinds: Vec::new(),
+            bounds: vec![[f64::NEG_INFINITY, f64::INFINITY]; arguments.len()],
             settle: Box::new(|_| ()),
             admissible: Box::new(|_| true),
             seed,

@@ -10,6 +10,8 @@ use crate::Error;
 pub enum Verdict {
     /// Right within rounding, at every point.
     Right,
+    /// Right at every point, but no point shows all that the formula can do; a note says what is left.
+    Undecided,
     /// Different from what all oracles agree on.
     Wrong,
     /// The oracles contradict each other: the formula itself must be looked at first.
@@ -79,8 +81,12 @@ pub struct Entry {
     pub hand: f64,
     /// The value that the oracles agree on.
     pub truth: f64,
-    /// The point where the difference is largest, counted from 0; behind the points stand the places where the formula bends.
+    /// What the difference may be.
+    pub allowed: f64,
+    /// The point where the difference is largest, counted from 0; behind the points stand those that show what these do not.
     pub point: usize,
+    /// The arguments there that the entry depends on, with their names.
+    pub at: Vec<(String, f64)>,
 }
 
 /// The comparison of one block.
@@ -93,7 +99,7 @@ pub struct BlockReport {
     pub size: (usize, usize),
     /// At how many points it was compared.
     pub points: usize,
-    /// And at how many places besides that were found where the formula bends.
+    /// And at how many points besides that were solved for because they show what these do not.
     pub bends: usize,
     /// How many points were set aside because the oracles disagree there.
     pub set_aside: usize,
@@ -105,6 +111,8 @@ pub struct BlockReport {
     pub relative_error: f64,
     /// A relative error of this size or more is found in whichever entry of the block it is.
     pub tolerance: f64,
+    /// What the relative error may be, rounding included, in the entry that comes closest to it or exceeds it most.
+    pub allowed: f64,
     /// The largest relative difference of dual numbers and complex step.
     pub complex_step_error: f64,
     /// The largest relative difference of dual numbers and differences.
@@ -179,7 +187,7 @@ outcome!(Report);
 impl Verdict {
     /// The worst of some blocks; of none, that nothing was compared.
     fn of_all(blocks: &[BlockReport]) -> Verdict {
-        let worst = [Verdict::Wrong, Verdict::OraclesDisagree, Verdict::NothingCompared, Verdict::Right];
+        let worst = [Verdict::Wrong, Verdict::OraclesDisagree, Verdict::NothingCompared, Verdict::Undecided, Verdict::Right];
         let any = |verdict: &Verdict| blocks.iter().any(|block| block.verdict == *verdict);
         worst.into_iter().find(any).unwrap_or_default()
     }
@@ -194,6 +202,7 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.pad(match self {
             Verdict::Right => "right",
+            Verdict::Undecided => "undecided",
             Verdict::Wrong => "WRONG",
             Verdict::OraclesDisagree => "oracles disagree",
             Verdict::NothingCompared => "nothing compared",
@@ -213,6 +222,7 @@ impl fmt::Display for Report {
             Verdict::Right => format!("all {} blocks are right", self.blocks.len()),
             Verdict::Wrong => format!("{wrong} of {} blocks wrong", self.blocks.len()),
             Verdict::OraclesDisagree => "the oracles disagree; see below".to_string(),
+            Verdict::Undecided => "undecided: right where it was compared, but see the notes".to_string(),
             Verdict::NothingCompared | Verdict::Refused => "FAILED, because nothing was compared".to_string(),
         };
         writeln!(f, "{}: {summary}", self.title)?;
@@ -222,14 +232,15 @@ impl fmt::Display for Report {
         let width = self.blocks.iter().map(|block| block.name.chars().count()).max().unwrap_or(0).max(5);
         writeln!(
             f,
-            "  {:width$}  {:>7}  {:>6}  {:>9}  {:>9}  verdict",
-            "block", "size", "points", "abs. err.", "rel. err."
+            "  {:width$}  {:>7}  {:>6}  {:>9}  {:>9}  {:>9}  verdict",
+            "block", "size", "points", "abs. err.", "rel. err.", "tolerance"
         )?;
         for block in &self.blocks {
             let size = format!("{}×{}", block.size.0, block.size.1);
             let error = |x: f64| if x == 0.0 { "0".to_string() } else { format!("{x:.1e}") };
-            let (points, abs, rel) = (block.points, error(block.absolute_error), error(block.relative_error));
-            writeln!(f, "  {:width$}  {size:>7}  {points:>6}  {abs:>9}  {rel:>9}  {}", block.name, block.verdict)?;
+            let (name, points, verdict) = (&block.name, block.points, block.verdict);
+            let [abs, rel, allowed] = [block.absolute_error, block.relative_error, block.allowed].map(error);
+            writeln!(f, "  {name:width$}  {size:>7}  {points:>6}  {abs:>9}  {rel:>9}  {allowed:>9}  {verdict}")?;
         }
         for block in self.blocks.iter().filter(|block| block.verdict != Verdict::Right || !block.notes.is_empty()) {
             write!(f, "{block}")?;
@@ -245,10 +256,13 @@ impl fmt::Display for BlockReport {
             writeln!(f, "  → {}", diagnosis.text)?;
         }
         for entry in &self.entries {
-            let Entry { row, column, hand, truth, point } = entry;
-            let place = if self.points + self.bends > 1 { format!(" (point {point})") } else { String::new() };
+            let Entry { row, column, hand, truth, allowed, point, at } = entry;
             let what = if column.is_empty() { row.clone() } else { format!("d({row})/d({column})") };
-            writeln!(f, "  {what} = {hand:>+.9e} by hand, {truth:>+.9e} is true{place}")?;
+            writeln!(f, "  {what} = {hand:>+.9e} by hand, {truth:>+.9e} is true, ± {allowed:.0e} allowed")?;
+            if !at.is_empty() {
+                let at: Vec<String> = at.iter().map(|(name, x)| format!("{name} = {x:.9}")).collect();
+                writeln!(f, "    at point {point}: {}", at.join(", "))?;
+            }
         }
         let more = self.wrong_entries.saturating_sub(self.entries.len());
         if more > 0 && !self.entries.is_empty() {

@@ -160,11 +160,11 @@ impl Answers {
     }
 }
 
-/// The worksheet of these blocks: where each is compared, also where its formula bends, and what is true there; `at` gives a point's arguments their names.
+/// The worksheet of these blocks: where each is compared, and what is true there; `at` gives a point's arguments their names.
 pub(super) fn of<A: Arguments>(title: &str, blocks: &[Block], setting: &Setting, at: impl Fn(&[f64]) -> A) -> String {
     let of_block = |block: &Block| {
         // The same places as `check` finds.
-        let places = places(block, setting, &mut Random::new(setting.seed ^ SEED));
+        let (places, _) = places(block, setting, &mut Random::new(setting.seed ^ SEED));
         let points = places.iter().map(|place| {
             let reference: Vec<Vec<f64>> = place.truth.row_iter().map(|row| row.iter().copied().collect()).collect();
             json!({ "at": at(&place.x).by_name(), "reference": reference })

@@ -1,5 +1,7 @@
 //! A graph on any numbers, node by node: what a program is not made for, since it is asked once a motion.
 
+use num_dual::Dual64;
+
 use super::expression::{Expression, Node};
 use super::graph::Graph;
 use crate::Scalar;
@@ -41,6 +43,9 @@ impl Expression {
     }
 }
 
+/// A node and what it is replaced by, which is made of nodes before it.
+pub(crate) type Replacement = Option<(Node, Expression)>;
+
 impl Graph {
     /// The values of all nodes, for given parameters and inputs.
     pub(crate) fn evaluate<S: Scalar>(&self, parameters: &[S], inputs: &[S]) -> Vec<S> {
@@ -49,6 +54,38 @@ impl Graph {
             values.push(expression.value(|node| values[node.index()], parameters, inputs));
         }
         values
+    }
+
+    fn replaced(&self, node: Node, by: Replacement) -> Expression {
+        by.filter(|(which, _)| *which == node).map_or(self.expression(node), |(_, other)| other)
+    }
+
+    /// The values of some nodes, which follow what they are made of, where one may be replaced; 0 for all others.
+    pub(crate) fn values(&self, order: &[Node], by: Replacement, inputs: &[f64]) -> Vec<f64> {
+        let mut values = vec![0.0; self.len()];
+        for &node in order {
+            values[node.index()] = self.replaced(node, by).value(|node| values[node.index()], &[], inputs);
+        }
+        values
+    }
+
+    /// ∂y/∂x of a node y by each of these nodes x, at such values.
+    pub(crate) fn slopes(&self, order: &[Node], by: Replacement, values: &[f64], y: Node) -> Vec<f64> {
+        let mut slopes = vec![0.0; self.len()];
+        slopes[y.index()] = 1.0;
+        for &node in order.iter().rev().filter(|node| **node <= y) {
+            let (slope, expression) = (slopes[node.index()], self.replaced(node, by));
+            let mut last = None;
+            for x in expression.arguments().filter(|_| slope != 0.0) {
+                let seeded = |node: Node| Dual64::new(values[node.index()], f64::from(u8::from(node == x)));
+                // A square has one argument.
+                if last != Some(x) {
+                    slopes[x.index()] += slope * expression.value(seeded, &[], &[]).eps;
+                }
+                last = Some(x);
+            }
+        }
+        slopes
     }
 
     /// Adds the nodes of another graph, whose inputs are nodes of this one; returns where they came to stand.

@@ -26,6 +26,8 @@ pub(crate) struct Graph {
     pub(super) conditions: Map<Node, Node>,
     /// True if nodes are made without regard to the signs of zeros.
     pub(super) is_loose: bool,
+    /// Nodes whose values the formula asked for while it was recorded, to branch on them.
+    looked_at: Vec<Node>,
 }
 
 /// Hashes a few small numbers quickly; keys are our own, so nobody chooses them to collide.
@@ -83,6 +85,20 @@ impl Graph {
 
     pub(crate) fn len(&self) -> usize {
         self.expressions.len()
+    }
+
+    /// The nodes whose values the formula asked for, in this order.
+    pub(crate) fn looked_at(&self) -> &[Node] {
+        &self.looked_at
+    }
+
+    /// Notes that the formula asked for the value of a node; whether that depends on anything.
+    pub(super) fn look_at(&mut self, node: Node) -> bool {
+        let varies = self.value(node).is_none();
+        if varies {
+            self.looked_at.push(node);
+        }
+        varies
     }
 
     pub(crate) fn expressions(&self) -> impl Iterator<Item = Expression> {

@@ -67,7 +67,7 @@ impl Symbol {
     }
 
     fn look(&self) -> f64 {
-        if GRAPH.with_borrow(|graph| graph.value(self.node).is_none()) {
+        if GRAPH.with_borrow_mut(|graph| graph.look_at(self.node)) {
             note_look();
         }
         self.value

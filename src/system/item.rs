@@ -11,6 +11,7 @@ use super::jet::{ElementKind, Number};
 use super::shape::Place;
 use super::typed::{AnyElement, OnNumbers, Read, Slot, Values};
 use super::view::NodeView;
+use crate::Scalar;
 use crate::model::Param;
 use crate::number::{Fingerprint, Hyper, Slope, hyper, hyper_parts, slope};
 use crate::program::{Obstacle, Symbol, Template, record, record_branch};
@@ -32,7 +33,7 @@ pub struct PlacedElement {
 
 impl PlacedElement {
     /// The arguments of its formula at a node.
-    pub(super) fn read<R: Number>(&self, at: &NodeView<R>, slot: Slot) -> R {
+    pub(super) fn read<R: Scalar>(&self, at: &NodeView<R>, slot: Slot) -> R {
         match slot {
             Slot::Q(i) => at.q[self.q[i]],
             Slot::V(i) => at.v[self.q[i]],

@@ -13,10 +13,11 @@ use super::costs::Costs;
 use super::item::PlacedElement;
 use super::jet::Number;
 use super::plain_cost::{AnyCost, PlainCost};
-use super::typed::{AnyElement, OnNumbers};
+use super::typed::{AnyElement, OnNumbers, Values};
 use super::view::{NodeValues, NodeView};
 use super::weights::Weights;
 use crate::number::{Family, Hyper, Real, Slope, hyper, hyper_parts, slope, with_slope};
+use crate::program::Symbol;
 use crate::{Cx, Scalar};
 
 /// The formula of an element, for numbers of one type.
@@ -157,6 +158,15 @@ pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, a
 pub type ElementSums = fn(&System, &NodeView<Dual64>, &mut Sums<Dual64>);
 
 impl System {
+    /// T, V, Q and Φ of all elements, for recording.
+    pub(crate) fn symbols(&self, at: &NodeView<Symbol>) -> Vec<Symbol> {
+        let mut all = Vec::new();
+        for item in self.batches.iter().flat_map(|batch| &batch.items) {
+            Values::<Symbol>::values(&*item.formula, &|slot| item.read(at, slot), &mut |value| all.push(value));
+        }
+        all
+    }
+
     /// 𝓛_v, 𝓛_q + Q and dΦ/dt of some elements differentiated by one kind of arguments, a column for each, by dual numbers.
     pub(crate) fn columns(
         &self,

@@ -405,3 +405,50 @@ fn a_motion_over_kinks_has_no_taylor_remainder_of_second_order_and_a_right_gradi
     println!("of 30 gradients over kinks {bent} have remainders of lower order, and {wrong} are called wrong");
     assert!(bent > 0 && wrong == 0);
 }
+
+/// x² + y² = 1, and how far the motion is off it, to the fourth power.
+struct Circle;
+impl hamiltonian_adjoint::Constraint<2, 1> for Circle {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, _: S) -> SVector<S, 1> {
+        SVector::from([q[0] * q[0] + q[1] * q[1] - 1.0])
+    }
+}
+struct Off;
+impl hamiltonian_adjoint::Cost<2> for Off {
+    fn cost<S: Scalar>(&self, at: &hamiltonian_adjoint::CostPoint<S, 2, 0, 0>, _: &SVector<S, 0>) -> S {
+        (at.q[0] * at.q[0] + at.q[1] * at.q[1] - 1.0).powi(4)
+    }
+}
+
+#[test]
+fn a_hessian_of_rounding_alone_is_not_wrong_and_a_failed_check_says_right_nowhere() {
+    let mut scene = Scene::new();
+    let body = scene.particle("bob", 2.0, [0.6, -0.8]);
+    scene.constraint("circle", Circle, body.coordinates, []);
+    scene.cost("off", Off, Sum::Integral, body.coordinates, [], [], []);
+    let system = scene.compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(30, 0.02));
+    inputs.start = Start::Velocity { q: DVector::from_vec(vec![0.6, -0.8]), v: DVector::from_vec(vec![1.6, 1.2]) };
+    let report = check::hessian(&system, &inputs, Settings::default()).run().expect("motion");
+    println!("{report}");
+    assert_eq!(report.verdict(), Verdict::NothingCompared);
+    assert!(!report.to_string().contains("right"));
+}
+
+#[test]
+fn a_direction_may_be_next_to_nothing_or_huge() {
+    let system = CartPendulum::with_links(1).scene().compile().expect("scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+    inputs.controls.fill(10.0);
+    let mut solver = hamiltonian_adjoint::Solver::new(&system, Settings::default());
+    solver.simulate(&inputs).expect("motion");
+    let mut product = |size: f64| {
+        let mut push = inputs.no_change();
+        push.controls.fill(size);
+        solver.hessian_product(&push).expect("product").controls.clone() / size
+    };
+    let usual = product(1.0);
+    for size in [1e-307, 1e-200, 1e200, 1e300] {
+        assert!((product(size) - &usual).amax() < 1e-12 * usual.amax(), "{size:e}");
+    }
+}

@@ -2,6 +2,7 @@
 
 mod blocks_units;
 mod elements;
+mod features;
 mod gradient;
 mod hand;
 #[cfg(feature = "serde")]

@@ -150,9 +150,16 @@ impl SecondOrderSweep {
         let AdjointSweep { record, cost, design, .. } = first;
         let first = First { record: record.get_or_insert_default(), factors: &cost.factors, design };
         let (motion, newton) = (&forward.motion, &mut forward.stepper.newton);
+        let unit = unit_of(direction);
+        let scaled = (unit != 1.0).then(|| direction.along(direction, |d, _| d / unit));
+        let direction = scaled.as_ref().unwrap_or(direction);
         self.begin(system, motion, newton, direction)?;
         self.forward(system, motion, newton)?;
-        self.backward(system, motion, (newton, &first), direction)
+        self.backward(system, motion, (newton, &first), direction)?;
+        if unit != 1.0 {
+            self.sweep.gradient.multiply(unit);
+        }
+        Ok(&self.sweep.gradient)
     }
 
     /// What the outputs change by along a direction.
@@ -195,6 +202,15 @@ impl SecondOrderSweep {
 }
 
 /// Refuses a motion that is not complete or that there are no derivatives along a direction of, and a direction that does not fit.
+/// A power of two that the numbers of a direction are divided by, so that their products neither vanish nor overflow; mostly 1.
+fn unit_of(direction: &Inputs) -> f64 {
+    let Inputs { grid, start, controls, design } = direction;
+    let lists = [&grid.steps, start.q().as_slice(), start.rate().as_slice(), controls.as_slice(), design.as_slice()];
+    let largest = lists.into_iter().flatten().fold(0.0f64, |most, d| most.max(d.abs()));
+    let is_moderate = largest == 0.0 || (1e-100..1e100).contains(&largest);
+    if is_moderate { 1.0 } else { 2f64.powi((largest.log2() as i32).clamp(-1000, 1000)) }
+}
+
 fn check(motion: &Motion, direction: &Inputs) -> Result<(), Error> {
     let Motion { trajectory, inputs, assembly, .. } = motion;
     trajectory.check_complete(inputs)?;

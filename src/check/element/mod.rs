@@ -29,7 +29,8 @@ pub struct ElementCheck<'a, E, const N: usize, const M: usize, const K: usize, c
     constants: Vec<String>,
     magnitudes: Point<N, M, K, P>,
     given: Vec<Point<N, M, K, P>>,
-    count: usize,
+    /// The number of random points, if it was asked for.
+    count: Option<usize>,
     seed: u64,
     spread: f64,
     tolerance: f64,
@@ -62,7 +63,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
             constants: numbered("b", P),
             magnitudes: Point::same(1.0, b),
             given: Vec::new(),
-            count: 12,
+            count: None,
             seed: 1,
             spread: 0.0,
             tolerance: 1e-11,
@@ -101,15 +102,15 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         self
     }
 
-    /// Compares at this point and where the formula bends near it, and at no random ones.
+    /// Compares at this point, and at no random points unless [`random_points`](Self::random_points) is called, too.
     pub fn at(mut self, point: Point<N, M, K, P>) -> Self {
         self.given.push(point);
         self
     }
 
-    /// The number of random points (12 at first) and their seed.
+    /// The number of random points (12 at first, none beside points that are given) and their seed.
     pub fn random_points(mut self, count: usize, seed: u64) -> Self {
-        (self.count, self.seed) = (count, seed);
+        (self.count, self.seed) = (Some(count), seed);
         self
     }
 
@@ -119,7 +120,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         self
     }
 
-    /// Draws random points only where this holds.
+    /// Compares only where this holds, except at points that are given.
     pub fn admissible(mut self, admissible: impl Fn(&Point<N, M, K, P>) -> bool + 'a) -> Self {
         self.admissible = Box::new(admissible);
         self
@@ -221,13 +222,18 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         let groups = Part::GROUPS.map(|(part, _, name)| (name.to_string(), places.of(part)));
         let arguments = self.arguments();
         let constants = self.constants.into_iter().zip(self.magnitudes.b.iter().copied());
+        let free = if self.spread == 0.0 { places.of(Part::T).end } else { places.of(Part::B).end };
+        let mut setting = Setting::new(drawn, self.seed, self.tolerance, arguments, self.magnitudes.list());
+        for (k, b) in places.of(Part::B).zip(self.magnitudes.b.iter()) {
+            let within = (self.spread * b).abs();
+            setting.bounds[k] = [b - within, b + within];
+        }
         Setting {
-            free: (0..places.of(Part::T).end).collect(),
-            kinds: groups[1..].iter().map(|(_, range)| range.clone().collect()).collect(),
+            free: (0..free).collect(),
             groups: groups.to_vec(),
             admissible: Box::new(move |x| (self.admissible)(&Point::from_list(x))),
             factors: constants.filter(|_| self.spread == 0.0).collect(),
-            ..Setting::new(drawn, self.seed, self.tolerance, arguments, self.magnitudes.list())
+            ..setting
         }
     }
 }

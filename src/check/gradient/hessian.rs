@@ -9,7 +9,7 @@ use super::super::report::{BlockReport, Verdict, outcome};
 use super::directions::{only, product, random};
 use super::print::explain_difference;
 use super::ways::Way;
-use super::{DIFFERENCED, Own, Part, Subject, sizes_of_inputs, warnings_of};
+use super::{DIFFERENCED, FIRST_STEP, Own, Part, Subject, sizes_of_inputs, warnings_of};
 use crate::check::Input;
 use crate::{Error, Hyper, Inputs, Output, Settings, System};
 
@@ -101,7 +101,10 @@ impl HessianCheck<'_> {
             Ok((part.name(), [along, transposed, value], size.max(other).max(value.abs()), error))
         });
         let rows = rows.collect::<Result<Vec<_>, Error>>()?;
-        let largest = rows.iter().fold(product(&gradient, &all).1, |largest, row| largest.max(row.2));
+        // Where J is of an order above the second, its products are rounding of what it changes by nearby.
+        let nearby = |s: f64| (reference.beside(&all, s, |solver| solver.value_of(subject.which)) - gradient.value).abs();
+        let nearby = nearby(FIRST_STEP).max(nearby(-FIRST_STEP));
+        let largest = rows.iter().fold(product(&gradient, &all).1.max(nearby), |largest, row| largest.max(row.2));
         let rows = rows
             .into_iter()
             .map(|(name, values, size, error)| HessianRow::new(name, values, [size, largest, error], self.tolerance));
@@ -231,7 +234,8 @@ impl fmt::Display for HessianReport {
                 _ if row.reference.is_nan() => "–".to_string(),
                 size => format!("{:.1e}", (x - row.reference).abs() / size),
             };
-            let HessianRow { name, product, transposed, reference, verdict, .. } = row;
+            let HessianRow { name, product, transposed, reference, .. } = row;
+            let verdict = if row.size == 0.0 { Verdict::NothingCompared } else { row.verdict };
             let [product, transposed] = [product, transposed].map(|x| off(*x));
             writeln!(f, "  {name:20}  {reference:>+19.12e}  {product:>9}  {transposed:>9}   {verdict}")?;
         }

@@ -37,7 +37,8 @@ impl Own {
         let (hand, part) = (&self.values, self.part);
         let all = part.inputs(inputs);
         let name = format!("{} (own {what}, {})", self.name, part.name());
-        let mut report = BlockReport { name, size: (1, all.len()), points: 1, tolerance, ..BlockReport::default() };
+        let mut report =
+            BlockReport { name, size: (1, all.len()), points: 1, tolerance, allowed: tolerance, ..BlockReport::default() };
         let Some(gradient) = truth else {
             let note = format!("the library's {what} is not confirmed here, so that there is nothing to compare with");
             return Ok(BlockReport { notes: vec![note], ..report });
@@ -76,8 +77,10 @@ impl Own {
             let errors = (within.as_slice(), report.relative_error);
             report.diagnoses.push(diagnose(hand, &truth, &wrong, &names, (steps, channels), errors));
             wrong.sort_by(|&a, &b| relative(b).total_cmp(&relative(a)));
-            let entry =
-                |&j: &usize| Entry { row: "J".into(), column: names[j].clone(), hand: hand[j], truth: truth[j], point: 0 };
+            let entry = |&j: &usize| {
+                let (row, column, hand, truth, allowed) = ("J".into(), names[j].clone(), hand[j], truth[j], within[j]);
+                Entry { row, column, hand, truth, allowed, point: 0, at: Vec::new() }
+            };
             report.entries = wrong.iter().take(LISTED).map(entry).collect();
         }
         Ok(report)

@@ -128,12 +128,13 @@ impl DirectionReport {
         let off = |x: f64| relative(x - self.direct, self.scale());
         let (adjoint, complex, differences) = (off(self.adjoint), off(self.complex_step), off(self.differences));
         let (name, estimate) = (&self.name, relative(self.differences_error, self.scale()));
+        let verdict = if self.size == 0.0 { Verdict::NothingCompared } else { self.verdict };
         let differences =
             if differences.is_finite() { format!("{differences:.1e} ({estimate:.0e})") } else { "none        ".into() };
         writeln!(
             f,
-            "  {name:width$}  {:>+19.12e}  {adjoint:>9.1e}  {complex:>9.1e}  {differences:>17}  {}",
-            self.direct, self.verdict
+            "  {name:width$}  {:>+19.12e}  {adjoint:>9.1e}  {complex:>9.1e}  {differences:>17}  {verdict}",
+            self.direct
         )
     }
 }

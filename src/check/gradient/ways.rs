@@ -54,7 +54,7 @@ impl<'a, R: Real> Way<'a, R> {
     }
 
     /// What is read from the motion at x + s d; NaN where there is none that takes the same steps as the one at x and is restarted as that is: J is another function there.
-    fn beside(&self, direction: &Inputs, s: f64, read: impl Fn(&mut Solver) -> Result<f64, Error>) -> f64 {
+    pub(super) fn beside(&self, direction: &Inputs, s: f64, read: impl Fn(&mut Solver) -> Result<f64, Error>) -> f64 {
         let mut solver = self.beside.borrow_mut();
         let moves = solver.simulate(&self.subject.inputs.along(direction, |x, d| x + s * d)).is_ok();
         if moves && solver.moves_like(self.solver.real()) { read(&mut solver).unwrap_or(f64::NAN) } else { f64::NAN }

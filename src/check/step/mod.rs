@@ -20,7 +20,9 @@ use super::report::Report;
 use crate::motion::check_size;
 use crate::number::Real;
 use crate::paper_system::{Arguments, Equation, PaperSystem, Variable, part};
-use crate::{Error, System};
+use crate::program::Symbol;
+use crate::system::NodeView;
+use crate::{Error, Scalar, System};
 use point::{Part, Places};
 
 const TITLE: &str = "tangent matrices of a step";
@@ -87,6 +89,16 @@ impl Formula for Residual<'_> {
         };
         let node = x[places.of(Part::Node).start].part(0).round() as usize;
         self.paper.residual(node, &at).as_slice()[self.rows.clone()].to_vec()
+    }
+
+    /// The elements at y_i, for which V = v_i.
+    fn symbols(&self, x: &[Symbol]) -> Vec<Symbol> {
+        let (paper, places) = (self.paper, Places(self.paper));
+        let state = [Variable::Q, Variable::V, Variable::Sigma].map(|variable| &x[places.of(Part::Y(variable))]);
+        let node = x[places.of(Part::Node).start].re().round() as usize;
+        let time = Symbol::from(paper.trajectory.times[node]);
+        let design = paper.system.parameters().values(&x[places.of(Part::Design)]);
+        paper.system.symbols(&NodeView::of_equations(state, (&x[places.of(Part::Controls)], time, &design)))
     }
 }
 
@@ -209,7 +221,6 @@ impl<'a> StepCheck<'a> {
         let same = dt.windows(2).all(|pair| pair[0] == pair[1]);
         Setting {
             free: places.free(),
-            kinds: places.kinds(),
             settle: Box::new(move |x| places.settle(x)),
             factors: dt.first().filter(|_| same).map(|&dt| factor(dt).to_vec()).unwrap_or_default(),
             ..Setting::new(drawn, self.seed, self.tolerance, point::names(paper, &self.equations), magnitudes)

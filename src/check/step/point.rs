@@ -138,13 +138,6 @@ impl Places<'_> {
         y.into_iter().chain([Part::Previous(Variable::V), Part::Controls]).flat_map(|part| self.of(part)).collect()
     }
 
-    /// q_i; v, σ of both nodes; u_i.
-    pub(super) fn kinds(&self) -> Vec<Vec<usize>> {
-        let both = |variable| self.of(Part::Y(variable)).chain(self.of(Part::Previous(variable))).collect();
-        let [q, u] = [Part::Y(Variable::Q), Part::Controls].map(|part| self.of(part).collect());
-        vec![both(Variable::V), both(Variable::Sigma), q, u]
-    }
-
     /// Makes Eq. (2) true by q_{i−1} and p*_{i−1}.
     pub(super) fn settle(&self, x: &mut [f64]) {
         let h = 0.5 * self.0.inputs.grid.steps[x[self.of(Part::Node).start].round() as usize - 1];

@@ -93,8 +93,14 @@ impl Sums {
             if let Some(second) = second.filter(|&second| second != first) {
                 weights[second] = -1.0;
             }
-            let offset = if random.below(4) == 0 { random.uniform(-1.0, 1.0) } else { 0.0 };
-            Term { shape: Shape::random(random), factor: random.away_from_zero(4.0), weights, offset }
+            let offset = match random.below(8) {
+                0 | 1 => random.uniform(-1.0, 1.0),
+                // Where no random point is.
+                2 => 10f64.powf(random.uniform(0.0, 3.0)),
+                _ => 0.0,
+            };
+            let factor = if random.below(10) == 0 { 0.0 } else { random.away_from_zero(4.0) };
+            Term { shape: Shape::random(random), factor, weights, offset }
         };
         let row = |random: &mut Random| {
             let mut row: Vec<Term> = (0..1 + random.below(3)).map(|_| term(random)).collect();
@@ -150,8 +156,9 @@ type Mistake<'a> = (&'static str, Box<dyn Fn(&[f64]) -> DMatrix<f64> + 'a>);
 
 /// Every mistake in turn: what it is called, and the wrong Jacobian; none where it would change nothing.
 fn mistakes<'a>(f: &'a Sums, random: &mut Random) -> Vec<Mistake<'a>> {
-    let row = random.below(f.rows.len());
-    let term = random.below(f.rows[row].len());
+    let terms = f.rows.iter().enumerate().flat_map(|(row, terms)| (0..terms.len()).map(move |term| (row, term)));
+    let terms: Vec<(usize, usize)> = terms.filter(|&(row, term)| f.rows[row][term].factor != 0.0).collect();
+    let Some(&(row, term)) = terms.get(random.below(terms.len())) else { return Vec::new() };
     let right = move |x: &[f64]| f.jacobian(x, (0, 0, 1.0));
     let mut all: Vec<Mistake<'a>> = vec![
         ("block zero", Box::new(move |x| right(x) * 0.0)),

@@ -1,0 +1,288 @@
+//! Features of a recorded formula: branches, saturating functions and narrow sums; and what a point shows of them.
+//!
+//! The formula is compared with variants of itself, in each of which one node of its graph is replaced by something simpler:
+//!
+//! | node | replaced by | which matters where |
+//! |---|---|---|
+//! | max(x, y), min(x, y) | x; y | x − y has the other sign |
+//! | \|x\| | x; −x | x has the other sign |
+//! | tanh x, atan x | ±1 | x is about ±1 |
+//! | exp x | 0 | x is not far below 0 |
+//! | sin x, cos x, powers, … | x, 1 or 0 | x is about 1 |
+//! | x + y | x; y | x and y are about as large |
+//!
+//! A point shows a variant if its gradient there is not that of the formula: a hand-derived block that lacks this piece of the formula is found there.
+
+use std::ops::Range;
+
+use crate::program::{Expression, Function, Graph, Node, Template};
+
+/// Gradients differ visibly by more than this, relative to the entry in which they do most.
+pub(super) const VISIBLE: f64 = 1e-9;
+/// What is less than this part of its row is faint.
+const FAINT: f64 = 1e-9;
+/// tanh x is neither x nor ±1 for these |x|.
+const CORE: [f64; 2] = [0.1, 2.0];
+/// exp x is nothing below.
+const NOTHING: f64 = -30.0;
+/// Terms are about as large within this factor.
+const ALIKE: f64 = 30.0;
+/// Deeper than this an expression is not written out.
+const DEPTH: usize = 5;
+/// Numbers below this are no side of a switch.
+const SIDE: f64 = f64::MIN_POSITIVE;
+const INFINITE: f64 = f64::INFINITY;
+
+/// What must be shown at some point for a block to be called right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Need {
+    /// This variant.
+    Variant,
+    /// Any one of those of the same node.
+    OfNode,
+    Nothing,
+}
+
+/// A formula with one node replaced.
+#[derive(Debug)]
+pub(super) struct Variant {
+    pub node: Node,
+    other: Expression,
+    /// The node that decides where that matters, between which values, and which values are solved for.
+    pub of: Node,
+    pub window: [f64; 2],
+    pub goals: Vec<f64>,
+    pub need: Need,
+    /// The terms of a sum, which must be about as large.
+    terms: Option<[Node; 2]>,
+    /// The results that depend on the node, and what these and `of` are made of.
+    results: Vec<Node>,
+    order: Vec<Node>,
+    /// The inputs by which gradients are compared: those that the block is differentiated by, if the node depends on any, or all.
+    columns: Vec<(usize, Node)>,
+}
+
+/// The graph of a formula, or of one branch of a formula that compares values.
+pub(super) struct Form {
+    pub graph: Graph,
+    template: (Template, Vec<f64>),
+    pub variants: Vec<Variant>,
+    /// Nodes whose values the formula asked for, and the differences of those that it asked for one after another.
+    pub looks: Vec<Node>,
+    /// The inputs that it depends on: which, and their nodes.
+    pub inputs: Vec<(usize, Node)>,
+}
+
+impl Form {
+    /// Of a graph and its results, for a block differentiated `by` some inputs, of which some are free; the values at some points tell which terms are alike.
+    pub fn new((mut graph, results): (Graph, Vec<Node>), by: &Range<usize>, free: &[usize], points: &[&[f64]]) -> Self {
+        let template = Template::new(&graph, &results, 0);
+        let nodes: Vec<Node> = graph.reachable(results.iter().chain(graph.looked_at()).copied());
+        let inputs = nodes.iter().filter_map(|&node| match graph.expression(node) {
+            Expression::Input(which) => Some((which as usize, node)),
+            _ => None,
+        });
+        let inputs: Vec<(usize, Node)> = inputs.collect();
+        let mut form = Form { looks: Vec::new(), variants: Vec::new(), graph: Graph::default(), template, inputs };
+        let is_free = |graph: &Graph, node: Node| graph.inputs_of(node).iter().any(|which| free.contains(which));
+        let looked: Vec<Node> = graph.looked_at().iter().copied().filter(|&node| is_free(&graph, node)).collect();
+        let pairs = looked.windows(2).map(|pair| graph.subtract(pair[0], pair[1])).collect::<Vec<_>>();
+        form.looks = looked.iter().copied().chain(pairs).filter(|&node| !graph.is_fixed(node)).collect();
+        form.looks.sort_unstable();
+        form.looks.dedup();
+        let order = graph.reachable(results.iter().copied());
+        let values: Vec<Vec<f64>> = points.iter().map(|x| graph.values(&order, None, x)).collect();
+        let is_inside = inside(&graph, &order);
+        for &node in &order {
+            form.variants.extend(variants(&mut graph, node, is_inside[node.index()], &values));
+        }
+        form.variants.retain(|variant| is_free(&graph, variant.of));
+        for variant in &mut form.variants {
+            variant.results = dependents(&graph, variant.node, &results);
+            variant.order = graph.reachable(variant.results.iter().copied().chain([variant.of]));
+            let of_node = graph.inputs_of(variant.node);
+            let own = |(k, _): &&(usize, Node)| by.contains(k) && of_node.contains(k);
+            variant.columns = form.inputs.iter().filter(own).copied().collect();
+            if variant.columns.is_empty() {
+                variant.columns.clone_from(&form.inputs);
+            }
+        }
+        form.graph = graph;
+        form
+    }
+
+    /// Whether a graph is that of this branch.
+    pub fn is_of(&self, (graph, results): &(Graph, Vec<Node>)) -> bool {
+        let looks = |graph: &Graph| graph.looked_at().len();
+        looks(&self.graph) == looks(graph) && self.template == Template::new(graph, results, 0)
+    }
+
+    /// What a variant lacks, in words.
+    pub fn name(&self, variant: &Variant, arguments: &[String]) -> String {
+        let words = |node: Node| words(&self.graph, node, arguments, DEPTH);
+        let of = words(variant.of);
+        match variant.window {
+            [low, _] if low > 0.0 && variant.is_side() => format!("`{}` where {of} > 0", words(variant.node)),
+            _ if variant.is_side() => format!("`{}` where {of} < 0", words(variant.node)),
+            _ => format!("`{}` near {of} = {}", words(variant.node), variant.goals[0]),
+        }
+    }
+
+    /// Whether a point is where a variant may matter.
+    pub fn reaches(&self, variant: &Variant, x: &[f64]) -> bool {
+        variant.is_within(&self.graph.values(&variant.order, None, x))
+    }
+
+    /// By how much a variant's gradient differs from that of the formula at a point, relative to both: in the entry in which it does most. Less where this is
+    /// faint beside the rest of its row, in sizes of the arguments; next to nothing where the node counts and the difference is lost in rounding; and 0 where the
+    /// point tells nothing of it.
+    pub fn shows(&self, variant: &Variant, x: &[f64], sizes: &[f64]) -> f64 {
+        let Variant { node, other, results, order, .. } = variant;
+        let values = self.graph.values(order, None, x);
+        if !variant.is_within(&values) {
+            return 0.0;
+        }
+        let replaced = Some((*node, *other));
+        let others = self.graph.values(order, replaced, x);
+        let (mut share, mut counts) = (0.0f64, false);
+        for &y in results {
+            let slopes = self.graph.slopes(order, None, &values, y);
+            let other = self.graph.slopes(order, replaced, &others, y);
+            counts |= slopes[node.index()] != 0.0 || other[node.index()] != 0.0;
+            let row = self.inputs.iter().fold(0.0f64, |row, (k, input)| row.max((slopes[input.index()] * sizes[*k]).abs()));
+            for (k, input) in &variant.columns {
+                let (a, b) = (slopes[input.index()], other[input.index()]);
+                let difference = (a - b).abs();
+                share = share.max(match difference / (a.abs() + b.abs()) {
+                    share if share.is_finite() => share * (difference * sizes[*k] / (FAINT * row)).min(1.0),
+                    _ if a.is_finite() && !b.is_finite() => 1.0,
+                    _ => 0.0,
+                });
+            }
+        }
+        if share == 0.0 && counts && variant.need != Need::OfNode { SIDE } else { share }
+    }
+}
+
+impl Variant {
+    /// Whether it is one side of a switch.
+    pub fn is_side(&self) -> bool {
+        self.need == Need::Variant && self.terms.is_none()
+    }
+
+    fn is_within(&self, values: &[f64]) -> bool {
+        let is_inside = (self.window[0]..=self.window[1]).contains(&values[self.of.index()]);
+        is_inside && self.terms.is_none_or(|terms| are_alike(values, terms))
+    }
+}
+
+/// Whether two terms are about as large.
+fn are_alike(values: &[f64], [x, y]: [Node; 2]) -> bool {
+    let ratio = (values[x.index()] / values[y.index()]).abs();
+    (1.0 / ALIKE..ALIKE).contains(&ratio)
+}
+
+/// An expression as one writes it, with the names of its inputs; shortened.
+fn words(graph: &Graph, node: Node, names: &[String], depth: usize) -> String {
+    use Expression::*;
+    let expression = graph.expression(node);
+    let argument = |x: Node| if depth == 0 { "…".into() } else { words(graph, x, names, depth - 1) };
+    let list: Vec<String> = expression.arguments().map(argument).collect();
+    match expression {
+        Constant(bits) => f64::from_bits(bits).to_string(),
+        Input(which) => names[which as usize].replace('`', ""),
+        Of(Function::Negative, _) => format!("−{}", list[0]),
+        Of(function, _) => format!("{}({})", format!("{function:?}").to_lowercase(), list[0]),
+        Add(..) => format!("({})", list.join(" + ")),
+        Subtract(..) => format!("({})", list.join(" − ")),
+        Multiply(..) => list.join(" · "),
+        IntegerPower(_, n) => format!("{}^{n}", list[0]),
+        Max(..) => format!("max({})", list.join(", ")),
+        Min(..) => format!("min({})", list.join(", ")),
+        other => {
+            format!("{}({})", format!("{other:?}").split('(').next().unwrap_or_default().to_lowercase(), list.join(", "))
+        }
+    }
+}
+
+/// The results that depend on a node.
+fn dependents(graph: &Graph, node: Node, results: &[Node]) -> Vec<Node> {
+    let mut depends = vec![false; graph.len()];
+    depends[node.index()] = true;
+    for y in graph.reachable(results.iter().copied()) {
+        depends[y.index()] |= graph.expression(y).arguments().any(|x| depends[x.index()]);
+    }
+    results.iter().copied().filter(|y| depends[y.index()]).collect()
+}
+
+/// Of every node, whether it is part of what a root is drawn of, something is divided by, …: where a sum makes a narrow feature.
+fn inside(graph: &Graph, order: &[Node]) -> Vec<bool> {
+    use Expression::*;
+    let mut inside = vec![false; graph.len()];
+    for &node in order.iter().rev() {
+        let is_inside = inside[node.index()];
+        let mut mark = |x: Node| inside[x.index()] = true;
+        match graph.expression(node) {
+            Of(Function::Reciprocal | Function::Sqrt | Function::Ln | Function::Ln1p, x) | Power(x, _) | Divide(_, x) => {
+                mark(x)
+            }
+            IntegerPower(x, n) if n < 0 || is_inside => mark(x),
+            expression @ (Add(..) | Subtract(..) | Multiply(..) | Of(Function::Negative, _)) if is_inside => {
+                expression.arguments().for_each(mark);
+            }
+            _ => {}
+        }
+    }
+    inside
+}
+
+/// The variants of a node.
+fn variants(graph: &mut Graph, node: Node, is_inside: bool, values: &[Vec<f64>]) -> Vec<Variant> {
+    use Expression::*;
+    let [above, below] = [[SIDE, INFINITE], [-INFINITE, -SIDE]];
+    let all = [-INFINITE, INFINITE];
+    let number = |x: f64| Constant(x.to_bits());
+    let mut found: Vec<Variant> = Vec::new();
+    let mut add = |other: Expression, of: Node, window: [f64; 2], goals: &[f64], need: Need| {
+        let (terms, results, order, columns) = (None, Vec::new(), Vec::new(), Vec::new());
+        found.push(Variant { node, other, of, window, goals: goals.to_vec(), need, terms, results, order, columns });
+    };
+    match graph.expression(node) {
+        Max(x, y) | Min(x, y) => {
+            let is_max = matches!(graph.expression(node), Max(..));
+            let (difference, [x, y]) = (graph.subtract(x, y), [x, y].map(|x| graph.expression(x)));
+            let [first, second] = if is_max { [above, below] } else { [below, above] };
+            add(y, difference, first, &[0.0], Need::Variant);
+            add(x, difference, second, &[0.0], Need::Variant);
+        }
+        Of(Function::Abs, x) => {
+            add(Of(Function::Negative, x), x, above, &[0.0], Need::Variant);
+            add(graph.expression(x), x, below, &[0.0], Need::Variant);
+        }
+        Of(Function::Tanh | Function::Atan, x) => {
+            add(Of(Function::Sign, x), x, CORE, &[0.7], Need::OfNode);
+            add(Of(Function::Sign, x), x, [-CORE[1], -CORE[0]], &[-0.7], Need::OfNode);
+            add(graph.expression(x), x, all, &[2.0, -2.0], Need::Nothing);
+        }
+        Of(Function::Exp, x) => add(number(0.0), x, [NOTHING, INFINITE], &[-2.0, -0.5, 1.0], Need::OfNode),
+        Of(Function::Cos | Function::Cosh, x) => add(number(1.0), x, all, &[1.0, -1.0], Need::Nothing),
+        Of(Function::Sin | Function::Sinh | Function::ExpM1 | Function::Tan, x) => {
+            add(graph.expression(x), x, all, &[1.0, -1.0], Need::Nothing);
+        }
+        Power(x, _) | IntegerPower(x, _) => add(number(0.0), x, all, &[1.0], Need::Nothing),
+        expression @ (Add(x, y) | Subtract(x, y)) => {
+            if is_inside || !values.iter().any(|values| are_alike(values, [x, y])) {
+                let [first, second] = [x, y].map(|x| graph.function(Function::Abs, x));
+                let (difference, need) =
+                    (graph.subtract(first, second), if is_inside { Need::Variant } else { Need::Nothing });
+                let is_sum = matches!(expression, Add(..));
+                let second = if is_sum { graph.expression(y) } else { Of(Function::Negative, y) };
+                add(graph.expression(x), difference, all, &[0.0], need);
+                add(second, difference, all, &[0.0], need);
+                found.iter_mut().for_each(|variant| variant.terms = Some([x, y]));
+            }
+        }
+        _ => {}
+    }
+    found
+}
