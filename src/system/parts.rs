@@ -48,6 +48,7 @@ impl Parts {
 }
 
 /// A parameter that must be positive, or may be zero as well.
+#[derive(Clone)]
 pub(crate) struct Required {
     pub(crate) param: Param,
     pub(crate) what: String,

@@ -37,8 +37,11 @@ const FUNCTIONS: [(&str, Function); 16] = [
 /// A number or function of two others.
 type OfTwo = (&'static str, fn(f64, f64) -> f64, fn(&mut Graph, Node, Node) -> Node);
 
-const OF_TWO: [OfTwo; 3] =
-    [("atan2", f64::atan2, Graph::atan2), ("max", Scalar::max, Graph::max), ("min", Scalar::min, Graph::min)];
+const OF_TWO: [OfTwo; 3] = [
+    ("atan2", f64::atan2, Graph::atan2),
+    ("max", |x, y| Scalar::max(&x, y), Graph::max),
+    ("min", |x, y| Scalar::min(&x, y), Graph::min),
+];
 
 impl Param {
     /// As text; none if a text cannot say it.
