@@ -86,7 +86,8 @@ pub(super) fn descend(
         // Decreases that are rounding could go on for ever.
         let few_ago = history.iter().rev().nth(FEW).map_or(f64::INFINITY, |before| before.value);
         if few_ago - last.value <= ROUNDING * last.value {
-            break Reason::NoLowerValue;
+            let is_least = at.along_gradient(counted, &lengths) <= at.noise();
+            break if is_least { Reason::Stationary } else { Reason::NoLowerValue };
         }
         if history.len() > options.iterations {
             break Reason::Iterations;
