@@ -11,7 +11,6 @@ use crate::{Error, System};
 pub(super) struct Names {
     pub(super) coordinates: Vec<String>,
     /// Constraints with their numbers of equations.
-    #[cfg(feature = "files")]
     constraints: Vec<(String, usize)>,
     pub(super) equations: Vec<String>,
     pub(super) controls: Vec<String>,
@@ -29,7 +28,6 @@ impl Names {
         let constraints = scene.constraints.iter();
         Names {
             coordinates: scene.coordinates.clone(),
-            #[cfg(feature = "files")]
             constraints: scene.constraints.clone(),
             equations: constraints.flat_map(|(name, rows)| (0..*rows).map(|j| equation(name, *rows, j))).collect(),
             controls: scene.controls.clone(),
