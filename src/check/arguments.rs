@@ -5,9 +5,9 @@ use serde_json::{Map, Value, json};
 use super::point::{Part, Point};
 use super::step::{State, StepPoint};
 
-/// Where a check asks for derivatives: a [`Point`] of an element, a [`StepPoint`], or the list x of a function.
+/// The arguments at which a check compares derivatives: a [`Point`] of an element, a [`StepPoint`], or the list x of a function.
 pub trait Arguments {
-    /// The numbers by their names, as JSON.
+    /// The arguments by name, for JSON.
     fn by_name(&self) -> Map<String, Value>;
 }
 

@@ -6,7 +6,7 @@ use super::draw::check_number;
 use crate::number::Real;
 use crate::{Cx, Error, Gradient, Inputs, LiftedSolver, Settings, Solver, System};
 
-/// One number that a motion follows from.
+/// One scalar input of a motion.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Input {
     /// A control channel at a node.
@@ -40,7 +40,7 @@ impl Input {
             .collect()
     }
 
-    /// A name for reports, also of what the system does not have.
+    /// The name for reports, also of an input that the system does not have.
     pub fn name(&self, system: &System) -> String {
         let (n, k, designs) = (system.n(), system.k(), system.designs());
         match *self {
@@ -76,10 +76,10 @@ impl Input {
         if exists { Ok(()) } else { Err(Error::NoSuchInput { input: self.plain_name() }) }
     }
 
-    /// Its place in the inputs.
+    /// Mutable access to the value in the inputs.
     ///
     /// # Panics
-    /// If it is none of [`Input::all`] of these inputs.
+    /// If the input is not one of [`Input::all`] for these inputs.
     pub fn of<R: Real>(self, inputs: &mut Inputs<R>) -> &mut R {
         match self {
             Input::Control { channel, node } => &mut inputs.controls[(channel, node)],
@@ -90,10 +90,10 @@ impl Input {
         }
     }
 
-    /// The derivative with respect to it in a gradient.
+    /// The derivative with respect to this input in a gradient.
     ///
     /// # Panics
-    /// If it is none of [`Input::all`] of the inputs that the gradient belongs to.
+    /// If the input is not one of [`Input::all`] for the inputs of the gradient.
     pub fn in_gradient(self, gradient: &Gradient) -> f64 {
         match self {
             Input::Control { channel, node } => gradient.controls[(channel, node)],
@@ -108,7 +108,7 @@ impl Input {
 /// dJ/dx = Im J(x + i h)/h with h = 1e-30, one simulation for each input.
 ///
 /// # Errors
-/// As [`Solver::simulate`]; an input that the motion does not have.
+/// As [`Solver::simulate`], or an input that the motion does not have.
 pub fn complex_step(system: &System, inputs: &Inputs, settings: Settings, with: &[Input]) -> Result<Vec<f64>, Error> {
     const STEP: f64 = 1e-30;
     through_lifted::<Cx>(system, inputs, settings, with, STEP)
@@ -143,10 +143,10 @@ fn through_lifted<R: Real>(
 
 /// dJ/dx ≈ (J(x + s) − J(x − s))/2s with s = `step` · max(1, |x|), two simulations for each input.
 ///
-/// Initial values that leave the constraints by more than the tolerances are refused, as in any simulation.
+/// Shifted initial values that violate the constraints by more than the tolerances are an error, as in any simulation.
 ///
 /// # Errors
-/// As [`Solver::simulate`]; an input that the motion does not have, a step that is no number or below rounding.
+/// As [`Solver::simulate`], an input that the motion does not have, or a step that is NaN or below rounding.
 pub fn central_differences(
     system: &System,
     inputs: &Inputs,

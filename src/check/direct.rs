@@ -15,7 +15,7 @@ use num_dual::Dual64;
 use crate::number::Real;
 use crate::{Error, Inputs, LiftedSolver, Settings, System, Trajectory};
 
-/// How a motion and its cost change along a direction of the inputs.
+/// Derivatives of a motion, its cost and its outputs along a direction of the inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sensitivity {
     /// dJ/ds.
@@ -28,8 +28,8 @@ pub struct Sensitivity {
 
 /// dJ/ds and dy/ds at s = 0 for the inputs x + s·`direction`.
 ///
-/// `direction` has the shape of the inputs; [`Inputs::no_change`] gives one of zeros to set what shall move. Initial values
-/// may leave the constraints: the derivative is that of the motion from the moved values.
+/// `direction` has the shape of the inputs; start from the zeros of [`Inputs::no_change`]. Initial values along the direction may violate
+/// the constraints: the derivative is that of the motion from the shifted values.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Settings, check, gradient, scenes::CartPendulum};
@@ -47,7 +47,7 @@ pub struct Sensitivity {
 /// ```
 ///
 /// # Errors
-/// As [`Solver::simulate`](crate::Solver::simulate); a direction of another shape, or with numbers that are not finite.
+/// As [`Solver::simulate`](crate::Solver::simulate), or a direction of wrong size or with numbers that are not finite.
 pub fn direct_differentiation(
     system: &System,
     inputs: &Inputs,

@@ -14,7 +14,7 @@ use crate::motion::check_size;
 
 const TITLE: &str = "function";
 
-/// The Jacobian of a function to be checked; made by [`function`].
+/// A check of the Jacobian of a function, created by [`function`].
 #[must_use = "a check does nothing until it is run"]
 pub struct FunctionCheck<'a, F> {
     function: &'a F,
@@ -84,37 +84,37 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         self
     }
 
-    /// The sizes of the inputs, all 1 at first.
+    /// Sets the typical sizes of the inputs, 1 by default.
     pub fn magnitudes(mut self, sizes: &[f64]) -> Self {
         self.magnitudes = sizes.to_vec();
         self
     }
 
-    /// Compares at this point, and at no random points unless [`random_points`](Self::random_points) is called, too.
+    /// Adds a point. Random points are then used only after a call of [`random_points`](Self::random_points).
     pub fn at(mut self, point: &[f64]) -> Self {
         self.given.push(point.to_vec());
         self
     }
 
-    /// The number of random points (12 at first, none beside points that are given) and their seed.
+    /// Sets the number of random points (12 by default, none if points are given) and their seed.
     pub fn random_points(mut self, count: usize, seed: u64) -> Self {
         (self.count, self.seed) = (Some(count), seed);
         self
     }
 
-    /// Compares everything that was handed in.
+    /// Compares the given values and Jacobian.
     ///
-    /// What cannot be compared is refused in the report: points or magnitudes of another length, more or fewer values than names of
-    /// outputs, a formula that is finite at no random point.
+    /// If nothing can be compared, the report's `refused` gives the reason: points or sizes of wrong length, a number of values that
+    /// differs from that of the output names, or a formula that is not finite at any random point.
     pub fn run(self) -> Report {
         Plan::run(self.plan(), TITLE.to_string())
     }
 
-    /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
+    /// The points and the true values of all given blocks as JSON, for a program in another language that adds its own values: see
     /// [`Answers`](super::Answers).
     ///
     /// # Errors
-    /// What [`run`](Self::run) refuses.
+    /// The reasons for which [`run`](Self::run) compares nothing.
     #[cfg(feature = "files")]
     pub fn worksheet(self) -> Result<String, Error> {
         let count = self.inputs.len();

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, Dim, RawStorage};
 
-/// A matrix in any of the usual ways: rows of an array, a nalgebra matrix or vector, a list, a number.
+/// A matrix given as an array of rows, a nalgebra matrix or vector, a list, or a number.
 pub trait Matrix {
-    /// The same as a nalgebra matrix.
+    /// The matrix as a nalgebra matrix.
     fn dense(self) -> DMatrix<f64>;
 }
 

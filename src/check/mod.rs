@@ -1,4 +1,4 @@
-//! Verifying derivatives: hand-derived blocks and gradients against oracles that share nothing with them.
+//! Verification of derivatives: hand-derived blocks and gradients against independent references.
 //!
 //! | what was derived by hand | check |
 //! |---|---|
@@ -12,7 +12,7 @@
 //! | a gradient dJ/du, dJ/db, …; or the library's, to trust it | [`gradient`](gradient()) |
 //! | a product of the Hessian with a direction; or the library's | [`hessian`](hessian()) |
 //!
-//! With the feature `files`, derivatives may come from a program in any other language: line by line (`Pipe`) or in a file (`Answers`).
+//! With the feature `files`, derivatives may come from a program in another language, line by line (`Pipe`) or in a file (`Answers`).
 //!
 //! Each compares at random points over decades of magnitude, and at points that show every branch and narrow feature of the formula, with dual numbers, complex step and central differences with Ridders' extrapolation, and
 //! returns a report: `println!("{report}")` for people, its fields for machines, `report.assert_passed()` for tests.

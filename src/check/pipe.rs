@@ -23,10 +23,11 @@ const OF_ENTRY: usize = 64;
 /// … and always so many: a matrix may have more rows than its function has arguments.
 const LEAST_BYTES: usize = 10_000_000;
 
-/// A program that is asked for matrices: C, Python, Matlab, anything that reads and writes lines.
+/// A program in any language that computes matrices on request, by reading and writing lines.
 ///
-/// It gets lines like `{"ask":"phi_q","q":[0.1,0.2],"v":[…],"sigma":[…],"u":[…],"t":0.5,"b":[0.7]}`, or `{"ask":"jacobian","x":[…]}` for a function, and answers each
-/// with a line, the rows of the matrix `[[1,0],[0,1]]`, and flushes its output. `{"error":"…"}` is an answer, too.
+/// It receives lines like `{"ask":"phi_q","q":[0.1,0.2],"v":[…],"sigma":[…],"u":[…],"t":0.5,"b":[0.7]}`, or `{"ask":"jacobian","x":[…]}`
+/// for a function, answers each with one line that contains the rows of the matrix, `[[1,0],[0,1]]`, or `{"error":"…"}`, and flushes its
+/// output.
 ///
 /// ```no_run
 /// use hamiltonian_adjoint::check::{self, Pipe};
@@ -56,7 +57,7 @@ struct Talk {
 }
 
 impl Pipe {
-    /// Starts the program; an answer may take ten seconds.
+    /// Starts the program. It must answer within ten seconds.
     ///
     /// # Errors
     /// A program that cannot be started.
@@ -81,7 +82,7 @@ impl Pipe {
         Ok(Pipe(Mutex::new(Talk { program, questions, answers, most, patience, asked: 0, problem: None })))
     }
 
-    /// The matrix called `name` at the arguments of a check; NaN from the first problem on, which [`finish`](Self::finish) tells.
+    /// The matrix called `name` at the arguments of a check; NaN after the first problem, which [`finish`](Self::finish) returns.
     pub fn ask(&self, name: &str, at: &(impl Arguments + ?Sized)) -> DMatrix<f64> {
         let mut question = at.by_name();
         question.insert("ask".into(), json!(name));
@@ -94,11 +95,11 @@ impl Pipe {
         })
     }
 
-    /// Ends the program.
+    /// Ends the program and returns the first problem.
     ///
     /// # Errors
-    /// The first answer that failed: a program that ended or took too long, a line that is no matrix, an error that it told, a line more than there
-    /// were questions.
+    /// The first failed answer: the program ended or took too long, a line was not a matrix, the program reported an error, or wrote a line
+    /// more than there were questions.
     pub fn finish(self) -> Result<(), Error> {
         let mut talk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         talk.questions = None;

@@ -15,17 +15,17 @@ pub struct Point<const N: usize, const M: usize = 0, const K: usize = 0, const P
     pub v: SVector<S, N>,
     /// Augmented momenta (costs only).
     pub p_star: SVector<S, N>,
-    /// Their rates (costs only).
+    /// Rates ṗ* of the augmented momenta (costs only).
     pub p_star_dot: SVector<S, N>,
     /// Accelerations (costs only).
     pub v_dot: SVector<S, N>,
     /// Multipliers.
     pub sigma: SVector<S, M>,
-    /// Their rates, the reactions (costs only).
+    /// Reactions λ = dσ/dt (costs only).
     pub lambda: SVector<S, M>,
     /// Controls.
     pub u: SVector<S, K>,
-    /// Their rates (costs only).
+    /// Rates of the controls (costs only).
     pub u_dot: SVector<S, K>,
     /// Time.
     pub t: S,
@@ -59,7 +59,7 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize, S: Scalar> 
 impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M, K, P> {
     pub(crate) const PLACES: Places = Places { n: N, m: M, k: K, p: P };
 
-    /// All arguments zero, with these constants.
+    /// The point with zero arguments and these constants.
     pub fn zero(b: [f64; P]) -> Self {
         Self::same(0.0, b)
     }
@@ -69,14 +69,14 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
         Point { b: b.into(), ..Self::from_list(&vec![x; Self::PLACES.of(Part::One).end]) }
     }
 
-    /// The same with other coordinates.
+    /// The point with other coordinates.
     #[must_use]
     pub fn with_q(mut self, q: [f64; N]) -> Self {
         self.q = q.into();
         self
     }
 
-    /// The same with other velocities.
+    /// The point with other velocities.
     #[must_use]
     pub fn with_v(mut self, v: [f64; N]) -> Self {
         self.v = v.into();

@@ -7,7 +7,7 @@ pub struct Random {
 }
 
 impl Random {
-    /// The source that belongs to a seed.
+    /// The source with the given seed.
     pub fn new(seed: u64) -> Self {
         Random { state: seed }
     }
@@ -19,19 +19,19 @@ impl Random {
         z ^ (z >> 31)
     }
 
-    /// A number between `low` and `high`.
+    /// A random number between `low` and `high`.
     pub fn uniform(&mut self, low: f64, high: f64) -> f64 {
         let unit = (self.next() >> 11) as f64 / (1u64 << 53) as f64;
         low + (high - low) * unit
     }
 
-    /// A number whose size is between `size`/4 and `size`, of either sign: never near zero, where an error could hide.
+    /// A random number of either sign and absolute value between `size`/4 and `size`: never near zero, where an error could be missed.
     pub fn away_from_zero(&mut self, size: f64) -> f64 {
         let x = self.uniform(0.25, 1.0) * size;
         if self.next() & 1 == 0 { x } else { -x }
     }
 
-    /// A whole number below `count` (0 if there is none).
+    /// A random integer below `count` (0 if `count` is 0).
     pub fn below(&mut self, count: usize) -> usize {
         (self.next() % count.max(1) as u64) as usize
     }

@@ -4,26 +4,26 @@ use std::fmt;
 
 use crate::Error;
 
-/// The outcome for one block, or for all of them.
+/// The verdict on one block, or on all blocks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Verdict {
-    /// Right within rounding, at every point.
+    /// Equal to the references within the tolerance, at every point.
     Right,
     /// Right at every point, but no point shows all that the formula can do; a note says what is left.
     Undecided,
-    /// Different from what all oracles agree on.
+    /// Different from the value on which all references agree.
     Wrong,
-    /// The oracles contradict each other: the formula itself must be looked at first.
+    /// The references disagree: examine the formula itself first.
     OraclesDisagree,
-    /// Nothing was compared, which is no success.
+    /// Nothing was compared; this is not a success.
     #[default]
     NothingCompared,
-    /// The check cannot be run as it was asked for; the report's `refused` says why.
+    /// The check could not be run; the report's `refused` gives the reason.
     Refused,
 }
 
-/// What kind of mistake a difference looks like.
+/// Kind of mistake that explains a difference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub enum Mistake {
@@ -53,33 +53,33 @@ pub enum Mistake {
     FewDigits,
     /// The wrong numbers of rows and columns.
     Shape,
-    /// Infinite or not a number.
+    /// Infinite or NaN.
     NotFinite,
-    /// None of these.
+    /// No simple explanation.
     Unexplained,
 }
 
-/// What a difference looks like, in a word and in a sentence.
+/// The likely mistake behind a difference.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Diagnosis {
     /// The kind of mistake.
     pub mistake: Mistake,
-    /// The sentence.
+    /// Description of the mistake.
     pub text: String,
 }
 
-/// One entry of a block that is wrong, with the names of its equation and its variable.
+/// A wrong entry of a block, with the names of its equation and its variable.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Entry {
-    /// What is differentiated.
+    /// The differentiated quantity.
     pub row: String,
-    /// By what.
+    /// The variable of the derivative.
     pub column: String,
     /// The user's value.
     pub hand: f64,
-    /// The value that the oracles agree on.
+    /// The value on which the references agree.
     pub truth: f64,
     /// What the difference may be.
     pub allowed: f64,
@@ -95,13 +95,13 @@ pub struct Entry {
 pub struct BlockReport {
     /// Its name.
     pub name: String,
-    /// Rows and columns.
+    /// Numbers of rows and columns.
     pub size: (usize, usize),
-    /// At how many points it was compared.
+    /// Number of points compared.
     pub points: usize,
     /// And at how many points besides that were solved for because they show what these do not.
     pub bends: usize,
-    /// How many points were set aside because the oracles disagree there.
+    /// Number of points set aside because the references disagree.
     pub set_aside: usize,
     /// The outcome.
     pub verdict: Verdict,
@@ -117,25 +117,25 @@ pub struct BlockReport {
     pub complex_step_error: f64,
     /// The largest relative difference of dual numbers and differences.
     pub differences_error: f64,
-    /// How many entries are wrong at some point.
+    /// Number of entries that are wrong at some point.
     pub wrong_entries: usize,
-    /// The worst entries.
+    /// The entries with the largest errors.
     pub entries: Vec<Entry>,
-    /// What the difference looks like; more than one where different rows have different mistakes.
+    /// The likely mistakes; several if rows have different mistakes.
     pub diagnoses: Vec<Diagnosis>,
     /// Further observations.
     pub notes: Vec<String>,
 }
 
-/// The comparison of all blocks that were handed in.
+/// The comparison of all given blocks.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Report {
-    /// What was checked.
+    /// Name of the checked object.
     pub title: String,
-    /// One for each block, in the order they were handed in.
+    /// One report for each block, in the order given.
     pub blocks: Vec<BlockReport>,
-    /// What concerns all of them.
+    /// Observations that concern all blocks.
     pub notes: Vec<String>,
     /// Why the check was not run: a tolerance that no error exceeds, no point where the formula is defined.
     #[cfg_attr(feature = "serde", serde(serialize_with = "as_text"))]
@@ -148,7 +148,7 @@ fn as_text<S: serde::Serializer>(error: &Option<Error>, serializer: S) -> Result
 }
 
 impl Report {
-    /// The outcome: right if at least one block was compared and all are right.
+    /// The overall verdict: right if at least one block was compared and all are right.
     pub fn verdict(&self) -> Verdict {
         if self.refused.is_some() { Verdict::Refused } else { Verdict::of_all(&self.blocks) }
     }

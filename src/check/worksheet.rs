@@ -19,7 +19,7 @@ const VERSION: u32 = 1;
 /// Points are the same if their numbers are, but for what a program may have rounded off when it wrote them.
 const SAME: f64 = 1e-9;
 
-/// Derivatives that another program has written into a worksheet.
+/// Derivatives that another program wrote into a worksheet.
 ///
 /// [`ElementCheck::worksheet`](super::ElementCheck::worksheet), [`FunctionCheck::worksheet`](super::FunctionCheck::worksheet) and
 /// [`StepCheck::worksheet`](super::StepCheck::worksheet) write
@@ -31,7 +31,7 @@ const SAME: f64 = 1e-9;
 /// ```
 ///
 /// with all arguments of the element in `at`. The program reads the file, adds its own matrix to each point as `"value"`, and writes it
-/// again; the same check with the same points and seed then compares them.
+/// back. The same check with the same points and seed then compares the matrices.
 ///
 /// ```
 /// use hamiltonian_adjoint::check::{self, Answers};
@@ -97,10 +97,10 @@ struct SheetPoint {
 }
 
 impl Answers {
-    /// From a worksheet that was filled in.
+    /// Reads a worksheet that was filled in.
     ///
     /// # Errors
-    /// What is no worksheet, with line and column; a point without a value, or with one that is no matrix.
+    /// Malformed worksheet (with line and column), or a point whose value is missing or not a matrix.
     pub fn from_json(text: &str) -> Result<Self, Error> {
         let sheet: Sheet = serde_json::from_str(text)
             .map_err(|error| wrong(format!("line {}, column {}", error.line(), error.column()), error.to_string()))?;
@@ -123,7 +123,7 @@ impl Answers {
         Ok(Answers { blocks, problem: OnceLock::new() })
     }
 
-    /// The matrix of a block at the arguments of a check; NaN where there is none, which [`finish`](Self::finish) tells.
+    /// The matrix of a block at the arguments of a check; NaN if there is none, which [`finish`](Self::finish) reports.
     pub fn ask(&self, block: &str, at: &(impl Arguments + ?Sized)) -> DMatrix<f64> {
         let at = at.by_name();
         let asked = numbers(&at);
@@ -151,10 +151,10 @@ impl Answers {
         }
     }
 
-    /// Whether all questions had answers.
+    /// Checks that every requested matrix was found.
     ///
     /// # Errors
-    /// The first that had none.
+    /// The first request without a matrix.
     pub fn finish(self) -> Result<(), Error> {
         self.problem.into_inner().map_or(Ok(()), |problem| Err(wrong("asked for derivatives".into(), problem)))
     }

@@ -140,9 +140,10 @@ fn length_of_gradient(problem: &mut Counted, of_cost: f64, of_c: &[f64]) -> Resu
     Ok(norm(&gradient))
 }
 
-/// Minimises f(x) subject to constraints and bounds. Where constraints are violated first their Jacobian is taken once, for their units. Where greater penalties
-/// bring them no closer, the sum of squares of their violations is minimised as by [`levenberg_marquardt`](super::levenberg_marquardt()), whatever f becomes;
-/// `watch` does not see these iterations, and the history only where they led.
+/// Minimises f(x) subject to constraints and bounds by gradients alone. The Jacobian of the constraints is computed once, at the first
+/// violated point, to scale them. Where greater penalties bring them no closer, the sum of squares of their violations is minimised as by
+/// [`levenberg_marquardt`](super::levenberg_marquardt()), whatever f becomes; `watch` does not see these iterations, and the history only
+/// where they led.
 ///
 /// # Errors
 /// As [`lbfgs`](super::lbfgs()).

@@ -11,12 +11,12 @@ use super::norm::norm;
 const SINGULAR: f64 = 1e-13;
 const UNSEEN: f64 = 1e-6;
 
-/// Where a fit ended, and how well its variables are known.
+/// Result of a fit, with the accuracy of its variables.
 #[derive(Clone, Debug)]
 pub struct Fit {
-    /// The point, whose value is ½‖r‖².
+    /// The outcome; its value is ½‖r‖².
     pub outcome: Outcome,
-    /// ∂r/∂x there, of the residuals that are asked for anything.
+    /// The Jacobian ∂r/∂x at the solution, for the residuals that are not free.
     pub jacobian: DMatrix<f64>,
 }
 
@@ -29,37 +29,39 @@ impl fmt::Display for Fit {
 }
 
 impl Fit {
-    /// χ² = ‖r‖², the sum of squares of the residuals. Where each is divided by the standard deviation of its reading (weight 1/σ), a model that fits has a χ²
-    /// of about the [`degrees_of_freedom`](Self::degrees_of_freedom), ± √2 times their root; a much larger one tells that the model, or a local minimum, does
-    /// not explain the readings.
+    /// χ² = ‖r‖², the sum of squares of the residuals. With weights 1/σ, where σ is the standard deviation of a reading, χ² of a correct
+    /// model is about the number of [`degrees_of_freedom`](Self::degrees_of_freedom), ± √2 times its root; a much larger value indicates a
+    /// wrong model or a local minimum.
     pub fn chi_squared(&self) -> f64 {
         2.0 * self.outcome.value
     }
 
-    /// The number of residuals less that of variables; 0 if there are more variables.
+    /// The number of residuals minus that of variables; 0 if there are more variables.
     pub fn degrees_of_freedom(&self) -> usize {
         self.jacobian.nrows().saturating_sub(self.jacobian.ncols())
     }
 
-    /// The root mean square of all residuals: of readings divided by their standard deviations about 1 if the model fits.
+    /// The root mean square of all residuals: about 1 for a correct model with weights 1/σ.
     pub fn root_mean_square(&self) -> f64 {
         (self.chi_squared() / self.jacobian.nrows() as f64).sqrt()
     }
 
-    /// The root mean square of the residuals of some constraints, by their numbers ([`Output::index`](crate::Output::index)), such as those of one signal.
+    /// The root mean square of the residuals of some outputs, given by their indices ([`Output::index`](crate::Output::index)), for example
+    /// those of one sensor.
     ///
     /// # Panics
-    /// If there are fewer constraints.
+    /// If an index is too large.
     pub fn root_mean_square_of(&self, constraints: &[usize]) -> f64 {
         // Of least squares the multipliers are the residuals.
         let residuals = Vec::from_iter(constraints.iter().map(|&j| self.outcome.multipliers[j]));
         norm(&residuals) / (residuals.len() as f64).sqrt()
     }
 
-    /// s² (AᵀA)⁻¹ with s² = ‖r‖²/(residuals − variables): the covariance of the variables if residuals differ by noise of one size alone. Variables that a
-    /// bound holds are taken for free.
+    /// Covariance of the variables, s² (AᵀA)⁻¹ with s² = ‖r‖²/(residuals − variables), if the residuals are noise of one variance.
+    /// Variables at bounds count as free.
     ///
-    /// None without more residuals than variables, and if the residuals do not determine all variables ([`undetermined`](Self::undetermined)).
+    /// `None` if there are not more residuals than variables, or if the residuals do not determine all variables
+    /// ([`undetermined`](Self::undetermined)).
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
         self.root().map(|root| root.tr_mul(&root))
     }
@@ -78,8 +80,9 @@ impl Fit {
         Some(DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| deviation / lengths[j] * (v[(i, j)] / values[i])))
     }
 
-    /// The variables that the residuals do not determine: such without any effect, and such whose effects are those of others, too. Their names are those of
-    /// the problem ([`Problem::variable_name`](super::Problem::variable_name)); with one of them fixed, or more residuals, the others may have standard errors.
+    /// The variables that the residuals do not determine: those without effect, and those whose effects are linearly dependent.
+    /// [`Problem::variable_name`](super::Problem::variable_name) has their names. If one of them is fixed, or with more residuals, the
+    /// others may have standard errors.
     pub fn undetermined(&self) -> Vec<usize> {
         let (m, n) = self.jacobian.shape();
         if m == 0 || n == 0 {
@@ -100,7 +103,7 @@ impl Fit {
         (svd.singular_values, svd.v_t.unwrap_or_default(), lengths)
     }
 
-    /// The standard errors of the variables: roots of the diagonal of the covariance.
+    /// Standard errors of the variables: square roots of the diagonal of the covariance.
     pub fn standard_errors(&self) -> Option<Vec<f64>> {
         self.root().map(|root| root.column_iter().map(|column| norm(column.as_slice())).collect())
     }

@@ -4,27 +4,27 @@ use super::problem::Interval;
 use crate::model::Handle;
 use crate::{Control, Coordinate, Design, Error, System};
 
-/// What an optimiser may change.
+/// A quantity that an optimiser may change.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Quantity {
     /// A control at all nodes.
     Control(Control),
-    /// A control at so many knots, evenly spread in time, linear between them.
+    /// A control at a number of knots, equidistant in time, linear between them.
     LinearControl(Control, usize),
-    /// A control in so many pieces of equal length, constant at the nodes of each; a node between two pieces belongs to the later one. Controls are linear
-    /// from node to node, and so from piece to piece.
+    /// A control in a number of pieces of equal length, with the same value at all nodes of a piece; a node between two pieces belongs to
+    /// the later one. Between nodes, and hence between pieces, controls are linear.
     PiecewiseControl(Control, usize),
-    /// A control as a cubic B-spline of so many coefficients with clamped ends, the knots evenly spread in time.
+    /// A control as a clamped cubic B-spline with a number of coefficients, with knots equidistant in time.
     SplineControl(Control, usize),
     /// A design variable.
     Design(Design),
-    /// An initial coordinate; of a start that is assembled, a guess or what is held.
+    /// An initial coordinate; for an assembled start a guess or a held value.
     Coordinate(Coordinate),
-    /// An initial velocity, or momentum where momenta are given.
+    /// An initial velocity, or an initial momentum if momenta are given.
     Rate(Coordinate),
-    /// The duration of the motion, s: all steps are longer or shorter alike.
+    /// The duration of the motion, s; all steps scale by the same factor.
     Duration,
-    /// The length of the step into a node, from 1 on, s.
+    /// The length of the step that ends at a node, counted from 1, s.
     StepLength(usize),
 }
 
@@ -32,18 +32,18 @@ pub enum Quantity {
 #[derive(Clone, Debug, PartialEq)]
 #[must_use]
 pub struct Free {
-    /// What it is.
+    /// The quantity.
     pub quantity: Quantity,
-    /// Its bounds, in its own unit.
+    /// Bounds in the unit of the quantity.
     pub bounds: Interval,
-    /// A variable of 1 is so much of it.
+    /// Scale: the quantity for a variable of 1.
     pub scale: f64,
-    /// Whether the variable is its logarithm, for what must be positive and may be of any size.
+    /// True if the variable is the logarithm, for positive quantities of unknown order of magnitude.
     pub logarithm: bool,
 }
 
 impl Free {
-    /// Without bounds, a variable of 1 being 1.
+    /// A free quantity without bounds, with scale 1.
     pub fn new(quantity: Quantity) -> Self {
         Free { quantity, bounds: Interval::FREE, scale: 1.0, logarithm: false }
     }
@@ -63,17 +63,17 @@ impl Free {
         Free::new(Quantity::Duration)
     }
 
-    /// From `least` to `most`, in the unit of the quantity.
+    /// Sets bounds, in the unit of the quantity.
     pub fn within(self, least: f64, most: f64) -> Self {
         Free { bounds: Interval::new(least, most), ..self }
     }
 
-    /// A variable of 1 is so much.
+    /// Sets the scale: the quantity for a variable of 1.
     pub fn scaled(self, scale: f64) -> Self {
         Free { scale, ..self }
     }
 
-    /// By its logarithm.
+    /// Makes the variable the logarithm of the quantity.
     pub fn logarithmic(self) -> Self {
         Free { logarithm: true, ..self }
     }

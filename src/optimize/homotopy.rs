@@ -16,14 +16,16 @@ const FEW: usize = 12;
 const STATIONARITY: f64 = 1e-3;
 const VIOLATION: f64 = 1e-5;
 
-/// Minimises by [`interior_point`](interior_point()), which may take the iterations of the options for each problem, first with `set(problem, 0)`, then with greater s and at last with 1; where a solution is not found, s changes by less.
+/// Solves a sequence of problems `set(problem, s)` from s = 0 to s = 1 by [`interior_point`](interior_point()), each starting from the
+/// previous solution. If a problem is not solved, s increases by less. The iteration limit applies to each problem.
 ///
-/// The final time, a weight, a force: what makes the problem hard is what `set` changes. Counts and history are those of all problems, the rest is the
-/// last one's: of s < 1 if there is no way. The last call of `set` is with the s that was reached.
+/// `set` changes the quantity that makes the problem hard, such as the final time, a weight or a force. Counts and history cover all
+/// problems; the rest of the outcome is that of the last problem, with s < 1 if s = 1 was not reached. The last call of `set` has the s
+/// that was reached.
 ///
 /// # Errors
-/// As [`interior_point`](interior_point()); those of the first `set`. Errors of `set` on the way, and at a start that was extrapolated, are taken for no
-/// solution ([`Outcome::first_failure`]).
+/// As [`interior_point`](interior_point()), or an error of the first `set`. Errors of later calls of `set`, and at extrapolated starts,
+/// count as unsolved problems ([`Outcome::first_failure`]).
 pub fn homotopy<P: Problem>(
     problem: &mut P,
     start: &[f64],

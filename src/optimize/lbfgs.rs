@@ -45,11 +45,10 @@ impl Merit for Cost {
     }
 }
 
-/// Minimises f(x) within bounds on x; constraints may be there if they are free ([`Interval::FREE`]).
+/// Minimises f(x) within bounds on x by the limited-memory BFGS method. All constraints must be free ([`Interval::FREE`]).
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit; constraints, which
-/// [`augmented_lagrangian`](super::augmented_lagrangian()) knows.
+/// Invalid sizes, bounds or options, or constraints, for which [`augmented_lagrangian`](super::augmented_lagrangian()) exists.
 pub fn lbfgs(problem: &mut dyn Problem, start: &[f64], options: &Options, watch: &mut Watcher) -> Result<Outcome, Error> {
     options.fit(problem, start)?;
     refuse_constraints(problem)?;

@@ -18,9 +18,10 @@ const FEW: usize = 10;
 /// A value that is more than so many times what rounding leaves of it is none.
 const SEEN: f64 = 100.0;
 
-/// Minimises ½‖r‖² within bounds, r being the constraints of the problem less the nearest value that they may have; f is not asked for.
+/// Minimises ½‖r‖² within bounds. The residuals r are the constraints of the problem minus the nearest allowed value; f is not used.
 ///
-/// [`Options::stationarity`] is asked of derivatives in units of the longest columns ∂r/∂x_i so far, so that variables of any units count alike.
+/// [`Options::stationarity`] applies to derivatives relative to the largest norms of the columns ∂r/∂x_i so far, so that the units of the
+/// variables do not matter.
 ///
 /// # Errors
 /// Sizes, bounds or options that do not fit, no residual.

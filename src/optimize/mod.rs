@@ -1,14 +1,15 @@
-//! From a cost to an optimum: what is free, what is minimised under which constraints, and methods that do it.
+//! Optimisation: free variables, costs, constraints, and methods.
 //!
-//! minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c. A motion makes such a problem of its cost J and its outputs ([`MotionProblem`]); anything
-//! else that implements [`Problem`] will do. One gradient of f + wᵀc is one backward sweep, however many constraints there are.
+//! minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c. [`MotionProblem`] is such a problem with the cost J and the outputs of a
+//! motion; any other type that implements [`Problem`] can be minimised too. The gradient of f + wᵀc costs one backward sweep for any number
+//! of constraints.
 //!
 //! | method | for |
 //! |---|---|
 //! | [`interior_point`](interior_point()) | many variables, bounds, equalities and inequalities, by exact products of the Hessian |
-//! | [`homotopy`](homotopy()) | the same where it is not solved at once, by way of easier problems |
-//! | [`MultipleShooting`] | a motion whose end is too sensitive to its beginning, in segments with states of their own: a problem for the methods above |
-//! | [`levenberg_marquardt`] | sums of squares: the residuals are c(x); few residuals of many variables, or the other way round |
+//! | [`homotopy`](homotopy()) | the same for problems that are not solved directly, through easier ones |
+//! | [`MultipleShooting`] | a motion whose end is too sensitive to its beginning, divided into segments with states of their own: a problem for the methods above |
+//! | [`levenberg_marquardt`] | sums of squares of residuals c(x), with fewer or more residuals than variables |
 //! | [`lbfgs`](lbfgs()) | many variables and bounds, by gradients alone |
 //! | [`augmented_lagrangian`](augmented_lagrangian()) | the same with constraints |
 //!

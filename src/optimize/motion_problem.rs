@@ -8,11 +8,12 @@ use super::sizes::Sizes;
 use super::variables::Variables;
 use crate::{Error, Inputs, Output, Settings, Solver, System, Warning};
 
-/// minimise J subject to what outputs must be: equal to zero, unless something else is said; of those of an
-/// [`EndState`](crate::EndState) nothing is asked. Of a scene without costs J is 0, and any point where outputs are what they must be a minimum.
+/// The problem of minimising J of a motion subject to constraints on its outputs. Outputs must be zero unless
+/// [`constrain`](Self::constrain) says otherwise; those of an [`EndState`](crate::EndState) are free. In a scene without costs J is 0, and
+/// every feasible point is a minimum.
 #[derive(Debug)]
 pub struct MotionProblem<'s> {
-    /// The solver, with the motion of the point that was evaluated last.
+    /// The solver, with the motion of the last evaluated point.
     pub solver: Solver<'s>,
     variables: Variables,
     constraints: Vec<Interval>,
@@ -39,12 +40,11 @@ pub(super) struct Changed {
 }
 
 impl<'s> MotionProblem<'s> {
-    /// With these inputs, of which the variables are free.
+    /// A problem with these inputs and free variables.
     ///
     /// # Errors
-    /// Inputs that do not fit the system, variables that were made for another system or another number of nodes; a free coordinate or velocity of a start that
-    /// is not assembled, or a design variable, such as the length of a link, where constraints hold it and nothing else that is free goes with it
-    /// ([`Error::NotFree`]).
+    /// Inputs that do not fit the system, or variables of another system or another number of nodes. For a start that is not assembled: a
+    /// free coordinate, velocity or design variable (such as the length of a link) that constraints determine ([`Error::NotFree`]).
     pub fn new(system: &'s System, settings: Settings, inputs: Inputs, mut variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
         variables.check(system, &inputs)?;
@@ -56,20 +56,20 @@ impl<'s> MotionProblem<'s> {
         Ok(MotionProblem { solver, variables, constraints, tried: known.clone(), known, gradient, direction })
     }
 
-    /// Says what an output must be; [`Interval::FREE`] for one that is looked at alone.
+    /// Sets the interval of an output; [`Interval::FREE`] only reports it.
     ///
     /// # Panics
-    /// If the output is one of another scene.
+    /// If the output belongs to another scene.
     pub fn constrain(&mut self, output: Output, to: Interval) {
         self.constraints[self.solver.system().place_of(output)] = to;
     }
 
-    /// The variables of the inputs that it was made with, changed to, or evaluated last with a value: a point without one leaves no trace.
+    /// The variables of the current inputs: those given, changed, or evaluated last with a value.
     pub fn start(&self) -> Vec<f64> {
         self.known.x.clone()
     }
 
-    /// The inputs that belong to a point.
+    /// The inputs at a point.
     ///
     /// # Panics
     /// If the point has fewer variables than the problem.
@@ -90,10 +90,10 @@ impl<'s> MotionProblem<'s> {
         self.solver.report().warnings.iter().cloned()
     }
 
-    /// Changes the inputs, such as the lengths of their steps, not their number: those that belong to [`start`](Self::start).
+    /// Changes the inputs at [`start`](Self::start), such as the lengths of steps, but not their number.
     ///
     /// # Errors
-    /// Inputs that do not fit the system any more, or the variables; then nothing is changed.
+    /// Inputs that no longer fit the system or the variables; nothing is changed in this case.
     pub fn change(&mut self, by: impl FnOnce(&mut Inputs)) -> Result<(), Error> {
         let changed = self.changed(by)?;
         self.take_over(changed);
@@ -164,7 +164,7 @@ impl<'s> MotionProblem<'s> {
         self.constraints.len()
     }
 
-    /// What is free.
+    /// The free quantities.
     pub fn free(&self) -> &Variables {
         &self.variables
     }

@@ -4,8 +4,8 @@ use super::{Outcome, Problem};
 use crate::Error;
 use crate::solver::each;
 
-/// The outcome from each of the starts, in their order, whatever the number of threads: with the feature `rayon` they are spread over all cores, and each
-/// thread makes one problem.
+/// The outcomes of all starts, in their order and independent of the number of threads. With the feature `rayon` they run on all cores,
+/// with one problem per thread.
 ///
 /// ```
 /// use hamiltonian_adjoint::optimize::{Free, MotionProblem, Options, Variables, interior_point, lowest, multi_start, silent};
@@ -40,7 +40,8 @@ pub fn multi_start<P: Problem>(
     each(starts, || None, one)
 }
 
-/// The outcome with the lowest value of those whose constraints hold within so much; the first of equal ones. Starts without a value do not count.
+/// The outcome with the lowest value among those whose violation is at most `violation`; the first of equal ones. Starts without a value do
+/// not count.
 pub fn lowest(outcomes: &[Result<Outcome, Error>], violation: f64) -> Option<&Outcome> {
     let good = outcomes.iter().flatten().filter(|of| of.value.is_finite() && of.violation <= violation);
     good.min_by(|one, other| one.value.total_cmp(&other.value))

@@ -16,16 +16,17 @@ use super::variables::Variables;
 use crate::motion::{Progress, Watch};
 use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 
-/// minimise J subject to what outputs must be and to each segment beginning where the one before it ends (Bock and Plitt 1984).
+/// Multiple shooting (Bock and Plitt 1984): the problem of minimising J subject to constraints on outputs and to the continuity of the
+/// segments of the motion.
 ///
-/// The states at the cuts are variables, so a guess of the motion can be given, and no end is more sensitive to its start than that of a segment.
-/// A segment is a motion of its own, with σ₀ = 0: where there are constraints the whole differs from one motion by the error of the scheme.
-/// Take [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`] where that matters.
+/// The initial states of the segments are variables, so a guess of the motion can be given, and only the end of a segment depends on its
+/// start. Each segment is a motion of its own with σ₀ = 0. With constraints the result therefore differs from a single motion by the error
+/// of the scheme; if this matters, continue with [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`].
 ///
-/// J must be a sum over nodes or time, and every output one or a terminal value: a terminal cost is an output to [`minimise`](Self::minimise). What counts at a
-/// single node does so in the segment that has it; beside other terms, what holds at the end counts at the last node ([`Sum::Node`](crate::Sum::Node)) instead of
-/// as `Sum::Terminal`. Where there are constraints, nothing may depend on σ, p\* or ṗ\*, which begin anew with every segment (costs
-/// that branch are not looked into).
+/// J must be a sum over nodes or time, and every output such a sum or a terminal value; a terminal cost is an output to
+/// [`minimise`](Self::minimise). A term at a single node belongs to the segment that contains the node. In an output with other terms,
+/// write a terminal term at the last node ([`Sum::Node`](crate::Sum::Node)) instead of `Sum::Terminal`. With constraints, costs may not
+/// depend on σ, p\* or ṗ\*, which restart with every segment (this is not detected for formulas that branch).
 ///
 /// ```
 /// use hamiltonian_adjoint::optimize::{Free, Interval, MultipleShooting, Options, interior_point, silent};
@@ -68,13 +69,13 @@ pub struct MultipleShooting<'s> {
 }
 
 impl<'s> MultipleShooting<'s> {
-    /// With these inputs, of which `free` is free, in so many segments of about as many steps each; `states` are those of as many coordinates as there are
-    /// degrees of freedom, from which a segment's start is assembled where there are constraints.
+    /// A problem with these inputs and free quantities, in a number of segments with about equal numbers of steps. `states` are as many
+    /// coordinates as degrees of freedom; with constraints the start of a segment is assembled from them.
     ///
     /// # Errors
-    /// Inputs and starts that do not fit, as of a [`MotionProblem`]; more segments than (macro) steps, or none; states that are too few, listed twice or of another scene; controls on coarser knots, single step lengths; terminal
-    /// costs, outputs that are terminal values and sums in one; costs on σ, p\* or ṗ\* where there are constraints; a free duration where anything depends on
-    /// time itself.
+    /// Invalid inputs and starts, as for a [`MotionProblem`]; more segments than (macro) steps, or none; states that are too few, repeated
+    /// or of another scene; controls on coarser knots, or free single step lengths; terminal costs, or outputs that mix terminal values and
+    /// sums; with constraints, costs on σ, p\* or ṗ\*; a free duration if anything depends on time explicitly.
     pub fn new(
         system: &'s System,
         settings: Settings,
@@ -111,10 +112,10 @@ impl<'s> MultipleShooting<'s> {
         Ok(MultipleShooting { segments: all, whole, inputs, x, states, names, running, constraints, minimised })
     }
 
-    /// Sets the guess of the states with which segments begin: `of` is given their node, and q and v as they are so far.
+    /// Sets the guess of the initial states of the segments: `of` receives the node, and q and v, which it changes.
     ///
     /// # Errors
-    /// Values that are not finite; then nothing is changed.
+    /// Values that are not finite; nothing is changed in this case.
     pub fn guess(&mut self, mut of: impl FnMut(usize, &mut DVector<f64>, &mut DVector<f64>)) -> Result<(), Error> {
         let guessed = self.segments[1..].iter().map(|segment| {
             segment.motion.changed(|inputs| {
@@ -135,42 +136,42 @@ impl<'s> MultipleShooting<'s> {
         self.segments[0].motion.solver.system()
     }
 
-    /// Says what an output must be; [`Interval::FREE`] for one that is looked at alone.
+    /// Sets the interval of an output; [`Interval::FREE`] only reports it.
     ///
     /// # Panics
-    /// If the output is one of another scene.
+    /// If the output belongs to another scene.
     pub fn constrain(&mut self, output: Output, to: Interval) {
         let at = self.system().place_of(output);
         self.constraints[at] = to;
     }
 
-    /// Adds an output to what is minimised, and asks nothing else of it: a terminal cost.
+    /// Adds an output to the cost instead of constraining it: a terminal cost.
     ///
     /// # Panics
-    /// If the output is one of another scene.
+    /// If the output belongs to another scene.
     pub fn minimise(&mut self, output: Output) {
         let at = self.system().place_of(output);
         self.minimised[at] = true;
         self.constrain(output, Interval::FREE);
     }
 
-    /// The variables of the inputs that it was made with and of the guess, or evaluated last with a value.
+    /// The variables of the given inputs and the guess, or of the last point evaluated with a value.
     pub fn start(&self) -> Vec<f64> {
         self.x.clone()
     }
 
-    /// The inputs of one motion over all segments that belong to a point.
+    /// The inputs of a single motion over all segments at a point.
     ///
     /// # Panics
-    /// If the point has fewer variables than are free of the whole motion.
+    /// If the point has too few variables.
     pub fn inputs_at(&self, x: &[f64]) -> Inputs {
         let mut inputs = self.inputs.clone();
         self.whole.write(x, &mut inputs);
         inputs
     }
 
-    /// Tells of the progress of every motion and gradient from now on, as [`Solver::watch`](crate::Solver::watch) does, by the nodes of all segments; what
-    /// answers `Break` stops a method with [`Reason::Asked`](super::Reason::Asked).
+    /// Sets a progress callback for all motions and gradients, as [`Solver::watch`](crate::Solver::watch) does, counting the nodes of all
+    /// segments. If it returns `Break`, the method stops with [`Reason::Asked`](super::Reason::Asked).
     pub fn watch(&mut self, callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) {
         let (callback, last) = (Arc::new(Mutex::new(callback)), self.inputs.grid.nodes() - 1);
         for segment in &mut self.segments {
@@ -184,7 +185,7 @@ impl<'s> MultipleShooting<'s> {
         Sizes { variables: self.names.len(), constraints: self.constraints.len() }
     }
 
-    /// The segments, each with the motion of the point that was evaluated last.
+    /// The segments, each with the motion of the last evaluated point.
     pub fn segments(&self) -> impl Iterator<Item = &MotionProblem<'s>> {
         self.segments.iter().map(|segment| &segment.motion)
     }

@@ -1,4 +1,4 @@
-//! What methods are told, and what they answer.
+//! Options and results of optimisation methods.
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -6,22 +6,22 @@ use std::ops::ControlFlow;
 use super::Problem;
 use crate::{Error, Warning};
 
-/// When a method stops, and how it goes.
+/// Options of an optimisation method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// The most iterations.
+    /// Largest number of iterations.
     pub iterations: usize,
-    /// A value of f, or of ½‖r‖², at which it is good enough, if there is one.
+    /// Value of f, or of ½‖r‖², at which the method stops, if any.
     pub target: Option<f64>,
-    /// How much smaller than at the start the gradient must become, by variables that no bound holds: its largest component. Where units of variables differ by
-    /// powers of ten, give them scales ([`Free::scaled`](super::Free::scaled)): small derivatives of some are nothing beside large ones of others.
+    /// Tolerance of the largest gradient component over variables that are not at a bound, relative to its value at the start. If units of
+    /// variables differ by powers of ten, set scales ([`Free::scaled`](super::Free::scaled)); otherwise the largest derivatives dominate.
     pub stationarity: f64,
-    /// How far constraints may be from what they must be.
+    /// Tolerance of the violation of constraints.
     pub violation: f64,
-    /// The pairs of steps and changes of the gradient that are remembered.
+    /// Number of stored pairs of steps and gradient changes (limited memory).
     pub memory: usize,
-    /// The length of the first step in the variable that moves most; found from f and its gradient if none is given, or where it leads to
-    /// nothing lower (1 where f and all variables are zero, which tell no length).
+    /// Length of the first step in the variable that changes most. By default, or if it does not decrease f, it is computed from f and its
+    /// gradient (1 if f and all variables are zero).
     pub first_step: Option<f64>,
 }
 
@@ -32,10 +32,10 @@ impl Default for Options {
 }
 
 impl Options {
-    /// What every method asks first, for optimisers of your own.
+    /// Validates a problem, a start and these options as every method does; for optimisers of your own.
     ///
     /// # Errors
-    /// Sizes or options that do not fit, a start that is not finite, bounds that no value is between.
+    /// Invalid sizes or options, a start that is not finite, or an empty interval of bounds.
     pub fn fit(&self, problem: &dyn Problem, start: &[f64]) -> Result<(), Error> {
         self.check()?;
         let (bounds, n) = (problem.bounds(), problem.variables());
@@ -71,36 +71,37 @@ impl Options {
     }
 }
 
-/// Why a method stopped.
+/// Reason why a method stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Reason {
-    /// The value is at or below the target, and constraints hold.
+    /// The value reached the target, and the constraints hold.
     Target,
-    /// The gradient is as small as was asked for, or as rounding lets it be seen, and constraints hold, at least to rounding; where rounding is a matter of
-    /// slopes, differences confirm them.
+    /// The gradient is below the tolerance or rounding, and the constraints hold within the tolerance or rounding. If steep slopes
+    /// determine the rounding, differences confirm them.
     Stationary,
-    /// There is no lower value within rounding in the direction of search; where f jumps, as [`Outcome::halved`] tells, or folds, there may be one beyond.
+    /// No lower value was found along the search direction. If f jumps ([`Outcome::halved`]) or has a fold, there may be lower values
+    /// beyond.
     NoLowerValue,
-    /// Constraints do not hold at any point nearby: at this one the sum of squares of their violations, in the units that they have, is least. There may
-    /// be no point at all where they hold, or one far away, to which another start or a [`homotopy`](super::homotopy()) may lead.
+    /// The sum of squares of the violations has a local minimum, in the units of the constraints: no feasible point is nearby. Another
+    /// start or a [`homotopy`](super::homotopy()) may find a feasible point if one exists.
     Infeasible,
-    /// The value falls without end: it still fell so far from the start that what was a unit of the variables there is rounding.
+    /// The value decreases without bound: it still decreases at variables so large that a unit of the start is below their rounding.
     Unbounded,
-    /// The last problem of a homotopy was not reached; how far it came, its last call of `set` tells.
+    /// The last problem of a homotopy was not reached; its last call of `set` shows how far it came.
     NoWay,
-    /// All iterations were made.
+    /// The limit of iterations was reached.
     Iterations,
-    /// The watcher said so, or the watcher of a simulation ([`Error::Interrupted`]).
+    /// A callback of the method or of a simulation stopped it ([`Error::Interrupted`]).
     Asked,
-    /// The start has no value or no derivatives, as of a motion that cannot be computed: [`Outcome::first_failure`] says why. The value and the violation
-    /// are infinite.
+    /// The start has no value or no derivatives, for example if its motion cannot be computed; [`Outcome::first_failure`] contains the
+    /// error. Value and violation are infinite.
     NoStart,
-    /// A derivative at the point could not be computed: `Outcome::first_failure` says why.
+    /// A derivative at the point could not be computed; `Outcome::first_failure` contains the error.
     NoDerivative,
 }
 
 impl Reason {
-    /// Whether what was asked for is reached.
+    /// True for [`Target`](Self::Target) and [`Stationary`](Self::Stationary).
     pub fn is_converged(self) -> bool {
         matches!(self, Reason::Target | Reason::Stationary)
     }
@@ -123,58 +124,58 @@ impl fmt::Display for Reason {
     }
 }
 
-/// A point on the way.
+/// An iterate of a method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Iterate {
     /// f, or ½‖r‖².
     pub value: f64,
     /// The largest violation of a constraint.
     pub violation: f64,
-    /// The largest component of the gradient of the Lagrangian, reduced to what bounds leave.
+    /// The largest component of the gradient of the Lagrangian, projected onto the bounds.
     pub stationarity: f64,
-    /// The largest change of a variable that led here.
+    /// The largest change of a variable in the last step.
     pub step: f64,
-    /// Evaluations so far.
+    /// Number of evaluations so far.
     pub evaluations: usize,
 }
 
-/// Where a method ended: not to converge is an answer too.
+/// Result of a method, converged or not.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The best point found; where constraints are far from what they must be, the one at which the method ended.
+    /// The best point found; if constraints are violated, the last point.
     pub x: Vec<f64>,
-    /// f there, or ½‖r‖².
+    /// The value f, or ½‖r‖², at this point.
     pub value: f64,
-    /// c there.
+    /// The constraints c at this point.
     pub constraints: Vec<f64>,
     /// The largest violation of a constraint.
     pub violation: f64,
-    /// w of the Lagrangian f + wᵀc.
+    /// The multipliers w of the Lagrangian f + wᵀc.
     pub multipliers: Vec<f64>,
-    /// Why it stopped.
+    /// Reason why the method stopped.
     pub reason: Reason,
-    /// Iterations, also those towards constraints alone, which the history does not list.
+    /// Number of iterations, including those of a feasibility phase, which are not in the history.
     pub iterations: usize,
-    /// Values that were asked for: simulations.
+    /// Number of evaluations: simulations.
     pub evaluations: usize,
-    /// Gradients that were asked for, and columns of Jacobians: one sweep each.
+    /// Number of gradients and columns of Jacobians: one right-hand side each.
     pub gradients: usize,
-    /// Products of the Hessian that were asked for.
+    /// Number of Hessian products.
     pub products: usize,
     /// The start and all iterates.
     pub history: Vec<Iterate>,
-    /// What the evaluation at `x` has to say ([`Problem::warnings`]).
+    /// Warnings of the evaluation at `x` ([`Problem::warnings`]).
     pub warnings: Vec<Warning>,
-    /// Points at which steps were halved ([`Warning::HalvedSteps`]): f jumps between these and others, and a method may find no lower value there.
+    /// Number of points with halved steps ([`Warning::HalvedSteps`]); f jumps between these and others, which may prevent lower values.
     pub halved: usize,
-    /// Points that had no value, or no derivatives.
+    /// Number of points without a value or derivatives.
     pub failures: usize,
-    /// Why the first had none; what ended the method, if that was [`Reason::NoDerivative`] or [`Reason::NoStart`].
+    /// Error of the first such point, or the error behind [`Reason::NoDerivative`] or [`Reason::NoStart`].
     pub first_failure: Option<Error>,
 }
 
 impl Outcome {
-    /// The history as a table: one line for each iterate, with a header.
+    /// The history as CSV with a header and one line for each iterate.
     pub fn history_csv(&self) -> String {
         let head = "iteration,simulations,value,violation,stationarity,step\n".to_string();
         self.history.iter().enumerate().fold(head, |table, (k, it)| {
@@ -200,10 +201,10 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// What sees every iterate with its point x, and may stop the method.
+/// Callback that receives every iterate with its point x and may stop the method.
 pub type Watcher<'w> = dyn FnMut(&Iterate, &[f64]) -> ControlFlow<()> + 'w;
 
-/// Goes on without a word: the [`Watcher`] unless something else watches.
+/// A [`Watcher`] that does nothing.
 pub fn silent(_: &Iterate, _: &[f64]) -> ControlFlow<()> {
     ControlFlow::Continue(())
 }

@@ -7,53 +7,53 @@ use crate::{Error, Warning};
 /// Bounds closer than this share of them are one: a hundredth of what is between them would be lost in rounding.
 const NO_ROOM: f64 = 100.0 * f64::EPSILON;
 
-/// The least and the greatest value that something may have.
+/// An interval of allowed values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// −∞ if there is none.
+    /// Lower bound; −Upper bound; ∞ if there is none.
     pub least: f64,
     /// ∞ if there is none.
     pub most: f64,
 }
 
 impl Interval {
-    /// Any value.
+    /// The interval of all values.
     pub const FREE: Interval = Interval { least: f64::NEG_INFINITY, most: f64::INFINITY };
-    /// Equal to zero.
+    /// The interval that contains only zero.
     pub const ZERO: Interval = Interval { least: 0.0, most: 0.0 };
 
-    /// Equal to a value.
+    /// The interval that contains only this value.
     pub const fn equal(value: f64) -> Self {
         Interval { least: value, most: value }
     }
 
-    /// From `least` to `most`.
+    /// The interval from `least` to `most`.
     pub const fn new(least: f64, most: f64) -> Self {
         Interval { least, most }
     }
 
-    /// At most so much.
+    /// The interval of values up to `most`.
     pub const fn at_most(most: f64) -> Self {
         Interval { most, ..Interval::FREE }
     }
 
-    /// At least so much.
+    /// The interval of values from `least` on.
     pub const fn at_least(least: f64) -> Self {
         Interval { least, ..Interval::FREE }
     }
 
-    /// The value in it that is nearest to x.
+    /// The value of the interval nearest to x.
     pub fn nearest(&self, x: f64) -> f64 {
         // Not `clamp`, which panics where the bounds are none.
         x.max(self.least).min(self.most)
     }
 
-    /// x less the value in it that is nearest: what is to be taken back of it.
+    /// The signed distance of x from the interval: x minus the nearest value of the interval.
     pub fn excess(&self, x: f64) -> f64 {
         x - self.nearest(x)
     }
 
-    /// How far x is outside.
+    /// The distance of x from the interval.
     pub fn violation(&self, x: f64) -> f64 {
         self.excess(x).abs()
     }
@@ -93,7 +93,7 @@ impl Interval {
 
 /// minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c.
 ///
-/// Any optimiser can be put on it, and any problem below the methods of this module:
+/// A problem for the methods of this module or any other optimiser:
 ///
 /// ```
 /// use hamiltonian_adjoint::Error;
@@ -134,17 +134,17 @@ pub trait Problem {
         vec![Interval::FREE; self.variables()]
     }
 
-    /// What the constraints, or residuals, c(x) must be; none unless it says so.
+    /// Intervals of the constraints, or residuals, c(x). Default: none.
     fn constraints(&self) -> Vec<Interval> {
         Vec::new()
     }
 
-    /// What a variable is called in messages.
+    /// Name of a variable in messages.
     fn variable_name(&self, i: usize) -> String {
         format!("x{i}")
     }
 
-    /// What a constraint is called in messages, with what it is.
+    /// Name of a constraint in messages, with its kind.
     fn constraint_name(&self, j: usize) -> String {
         format!("constraint {j}")
     }
@@ -152,29 +152,29 @@ pub trait Problem {
     /// f(x), and c(x) into `c`.
     ///
     /// # Errors
-    /// A point that has no value, such as a motion that cannot be computed: methods take it for one with an infinite value, and go on.
+    /// A point without a value, for example a motion that cannot be computed. Methods treat its value as infinite and continue.
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error>;
 
-    /// What the last evaluation has to say although x has a value, such as that steps were halved; nothing unless it says so.
+    /// Warnings of the last successful evaluation, for example halved steps. Default: none.
     fn warnings(&self) -> Vec<Warning> {
         Vec::new()
     }
 
-    /// Whether steps were halved at the last evaluation.
+    /// True if steps were halved in the last evaluation.
     fn is_halved(&self) -> bool {
         self.warnings().iter().any(|warning| matches!(warning, Warning::HalvedSteps { .. }))
     }
 
-    /// The gradient of f_weight f(x) + c_weightsᵀ c(x) at the x that was evaluated last.
+    /// The gradient of f_weight f(x) + c_weightsᵀ c(x) at the last evaluated x.
     ///
     /// # Errors
-    /// A point that has no gradient.
+    /// A point without a gradient.
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error>;
 
-    /// These rows of ∂c/∂x at the x that was evaluated last, one below the other; a gradient must be asked for again before a product.
+    /// The given rows of ∂c/∂x at the last evaluated x. Compute a gradient again before the next product.
     ///
     /// # Errors
-    /// Those of [`gradient`](Self::gradient).
+    /// As [`gradient`](Self::gradient).
     fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
         let (mut weights, mut row) = (vec![0.0; self.constraints().len()], vec![0.0; self.variables()]);
         for (k, &j) in rows.iter().enumerate() {
@@ -186,37 +186,37 @@ pub trait Problem {
         Ok(())
     }
 
-    /// Work of the Jacobian of these constraints row by row, and column by column by [`push_forward`](Self::push_forward), in any common unit: methods
-    /// use what costs less. Default: the number of rows, and that of variables.
+    /// Work of computing the Jacobian of these constraints row by row, and column by column with [`push_forward`](Self::push_forward), in a
+    /// common unit; methods choose the cheaper way. Default: the numbers of rows and of variables.
     fn jacobian_work(&self, rows: &[usize]) -> [usize; 2] {
         [rows.len(), self.variables()]
     }
 
-    /// What c(x) changes by along a direction, at the x that was evaluated last.
+    /// The derivative of c(x) along a direction at the last evaluated x.
     ///
     /// # Errors
-    /// [`Error::NoSecondDerivatives`] where there is no such thing, and then of gradients.
+    /// [`Error::NoSecondDerivatives`] if the problem does not provide it; the Jacobian is then computed from gradients.
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
         let _ = (direction, change);
         Err(Error::NoSecondDerivatives { of: "this problem, which does not implement `Problem::push_forward`".into() })
     }
 
-    /// Jᵀ J d of the residuals c(x) with Jacobian J, at the x that was evaluated last: the Hessian of ½ ‖c‖² without the curvature of c (Gauss and
-    /// Newton). Afterwards the gradient that was asked for last is Jᵀ (J d).
+    /// The Gauss–Newton product Jᵀ J d at the last evaluated x, with the Jacobian J of the residuals c(x). Afterwards the last gradient is
+    /// that of Jᵀ (J d).
     ///
     /// # Errors
-    /// Those of [`push_forward`](Self::push_forward) and [`gradient`](Self::gradient).
+    /// As [`push_forward`](Self::push_forward) and [`gradient`](Self::gradient).
     fn gauss_newton_product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         let mut change = vec![0.0; self.constraints().len()];
         self.push_forward(direction, &mut change)?;
         self.gradient(0.0, &change, product)
     }
 
-    /// The Hessian of the function whose gradient was asked for last, at the same x, times a direction; only [`interior_point`](super::interior_point())
-    /// asks for it.
+    /// The Hessian of the function whose gradient was computed last, at the same x, times a direction. Only
+    /// [`interior_point`](super::interior_point()) uses it.
     ///
     /// # Errors
-    /// A problem without second derivatives, which is any that does not say how they are computed.
+    /// A problem without second derivatives, which is the default.
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         let _ = (direction, product);
         Err(Error::NoSecondDerivatives { of: "this problem, which does not implement `Problem::product`".into() })

@@ -7,9 +7,10 @@ use super::problem::{Interval, Problem};
 use super::sizes::Sizes;
 use crate::{Error, Warning};
 
-/// The sum of the costs of several motions, and all their outputs one after the other: trials of one experiment, with other starts, forces or lengths.
+/// A problem made of several motions: the sum of their costs and all their outputs in sequence. Use it for trials of one experiment with
+/// different starts, forces or durations.
 ///
-/// The variables of all must mean the same, and are within the bounds of all; names are those of the first.
+/// All motions must have the same variables; bounds are the intersection of all bounds, names those of the first motion.
 #[derive(Debug)]
 pub struct Trials<'s> {
     motions: Vec<MotionProblem<'s>>,
@@ -18,10 +19,10 @@ pub struct Trials<'s> {
 }
 
 impl<'s> Trials<'s> {
-    /// Of these motions.
+    /// A problem of these motions.
     ///
     /// # Errors
-    /// None at all; other variables than those of the first: another number, quantity, scale or form; bounds with nothing in common.
+    /// No motion; variables that differ from those of the first in number, quantity, scale or form; bounds with empty intersection.
     pub fn new(motions: Vec<MotionProblem<'s>>) -> Result<Self, Error> {
         let Some(first) = motions.first() else {
             return Err(Error::Parameter { what: "the number of trials".into(), value: 0.0, must_be: "at least 1" });
@@ -48,7 +49,7 @@ impl<'s> Trials<'s> {
         Ok(trials)
     }
 
-    /// The motions, each with the solver of the point that was evaluated last.
+    /// The motions, each with the solver of the last evaluated point.
     pub fn motions(&self) -> &[MotionProblem<'s>] {
         &self.motions
     }

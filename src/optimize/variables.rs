@@ -11,7 +11,7 @@ use crate::{Error, Gradient, Inputs, System};
 
 const NODES: &str = "the nodes of the inputs, which must be those that variables were made for";
 
-/// All that is free, in order, with the inputs that it belongs to.
+/// The free variables in order, and their map to the inputs.
 #[derive(Clone, Debug)]
 pub struct Variables {
     free: Vec<Free>,
@@ -25,12 +25,12 @@ pub struct Variables {
 }
 
 impl Variables {
-    /// What is free of these inputs.
+    /// The variables for the free quantities of these inputs.
     ///
     /// # Errors
-    /// A quantity that is listed twice, or that the system does not have; bounds that no value is between; scales that are not positive, or in units of which bounds
-    /// are beyond the range of numbers; no or one knot where
-    /// two are needed, more knots than nodes; a logarithm of something whose bounds or value are not positive; a free duration of none.
+    /// A quantity that is repeated or does not exist; empty bounds; scales that are not positive, or that make bounds overflow; fewer than
+    /// two knots, or more knots than nodes; a logarithm of a quantity with bounds or a value that are not positive; a free duration of zero
+    /// length.
     pub fn new(system: &System, inputs: &Inputs, free: Vec<Free>) -> Result<Self, Error> {
         inputs.check(system)?;
         let (mut first, mut names): (Vec<usize>, Vec<String>) = (vec![0], Vec::new());
@@ -120,12 +120,12 @@ impl Variables {
         self.names.len()
     }
 
-    /// Whether nothing is free.
+    /// True if nothing is free.
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }
 
-    /// What variable i is called.
+    /// Name of variable i.
     pub fn name(&self, i: usize) -> &str {
         &self.names[i]
     }
@@ -154,7 +154,7 @@ impl Variables {
         self.free.iter().zip(self.first.windows(2).map(|ends| ends[0]..ends[1]))
     }
 
-    /// The variables that give these inputs; controls on coarser knots by their values there.
+    /// The variables of these inputs; controls on coarser knots are sampled at the knots.
     pub fn of(&self, inputs: &Inputs) -> Vec<f64> {
         let mut x = vec![0.0; self.len()];
         for (free, range) in self.parts() {
@@ -188,10 +188,10 @@ impl Variables {
         x
     }
 
-    /// Sets what is free to what the variables say.
+    /// Sets the free quantities of the inputs from the variables.
     ///
     /// # Errors
-    /// Another number of variables than there are, or of nodes than those that they were made for; then nothing is set.
+    /// A wrong number of variables, or inputs with another number of nodes; nothing is set in this case.
     pub fn apply(&self, x: &[f64], inputs: &mut Inputs) -> Result<(), Error> {
         check_size("the variables of a point", self.len(), x.len())?;
         check_size(NODES, self.shares.len(), inputs.grid.nodes())?;
@@ -208,7 +208,7 @@ impl Variables {
     /// The change of the inputs along a direction of the variables.
     ///
     /// # Panics
-    /// If there are fewer numbers than variables, or other nodes than those that they were made for.
+    /// If there are fewer numbers than variables, or inputs with another number of nodes.
     pub fn push_forward(&self, x: &[f64], direction: &[f64], change: &mut Inputs) {
         self.set(change, |free, i| free.slope(x[i]) * direction[i]);
     }
@@ -245,7 +245,7 @@ impl Variables {
         }
     }
 
-    /// dJ/dx from dJ by the inputs: the transpose of [`apply`](Self::apply), exact.
+    /// dJ/dx from the derivatives with respect to the inputs: the exact transpose of [`apply`](Self::apply).
     ///
     /// # Panics
     /// As [`push_forward`](Self::push_forward).

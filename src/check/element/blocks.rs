@@ -160,22 +160,22 @@ impl<'a, E: Constraint<N, M, P>, const N: usize, const M: usize, const P: usize>
         phi_t: Derivative::new("Φ_t", OF_PHI, VALUE, Part::T);
         /// Φ_b, M × P.
         phi_b: Derivative::new("Φ_b", OF_PHI, VALUE, Part::B);
-        /// (Φ_q v)_q, M × N, with v held.
+        /// (Φ_q v)_q, M × N, for constant v.
         phi_q_v_q: Derivative::new("(Φ_q v)_q", Rows::Equations("Φ_q v of "), BY_MOTION, Part::Q)
             .not("Φ_q", VALUE, Part::Q)
             .not("(dΦ/dt)_q", RATE, Part::Q);
-        /// (dΦ/dt)_q = (Φ_q v)_q + Φ_tq, M × N, with v held; for constraints with time in them.
+        /// (dΦ/dt)_q = (Φ_q v)_q + Φ_tq, M × N, for constant v; for constraints that depend on time.
         phi_dot_q: Derivative::new("(dΦ/dt)_q", OF_RATE, RATE, Part::Q)
             .terms(&[("(Φ_q v)_q", BY_MOTION, Part::Q), ("Φ_tq", BY_TIME, Part::Q)])
             .not("Φ_q", VALUE, Part::Q);
         /// (dΦ/dt)_b, M × P.
         phi_dot_b: Derivative::new("(dΦ/dt)_b", OF_RATE, RATE, Part::B).not("Φ_b", VALUE, Part::B);
-        /// (Φ_qᵀσ)_q, N × N, with σ held.
+        /// (Φ_qᵀσ)_q, N × N, for constant σ.
         phi_q_t_sigma_q: Derivative::new("(Φ_qᵀσ)_q", OF_REACTION, GRADIENT, Part::Q)
             .not("((dΦ/dt)_qᵀσ)_q", GRADIENT_OF_RATE, Part::Q);
-        /// (Φ_qᵀσ)_b, N × P, with σ held.
+        /// (Φ_qᵀσ)_b, N × P, for constant σ.
         phi_q_t_sigma_b: Derivative::new("(Φ_qᵀσ)_b", OF_REACTION, GRADIENT, Part::B);
-        /// ((dΦ/dt)_qᵀσ)_q, N × N, with v and σ held: the constraint's part of 𝓛_qq.
+        /// ((dΦ/dt)_qᵀσ)_q, N × N, for constant v and σ: the constraint's contribution to 𝓛_qq.
         phi_dot_q_t_sigma_q: Derivative::new("((dΦ/dt)_qᵀσ)_q", OF_RATE_OF_REACTION, GRADIENT_OF_RATE, Part::Q)
             .not("(Φ_qᵀσ)_q", GRADIENT, Part::Q);
     }
@@ -191,7 +191,7 @@ impl<'a, E: KineticEnergy<N, P>, const N: usize, const P: usize> ElementCheck<'a
         t_v: Derivative::new("T_v", OF_T, VALUE, Part::V).not("T_q", VALUE, Part::Q);
         /// T_q = ½ (vᵀ M v)_q, N numbers.
         t_q: Derivative::new("T_q", OF_T, VALUE, Part::Q).not("T_v", VALUE, Part::V);
-        /// (M v)_q = T_vq, N × N, with v held.
+        /// (M v)_q = T_vq, N × N, for constant v.
         mass_v_q: Derivative::new("(M v)_q", OF_T_V, MOMENTUM, Part::Q).not("M", MOMENTUM, Part::V);
         /// T_qq, N × N.
         t_qq: Derivative::new("T_qq", Rows::Coordinates("T_q of "), GRADIENT, Part::Q);

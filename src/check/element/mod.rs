@@ -16,9 +16,10 @@ use super::random::Random;
 use super::report::Report;
 use crate::Error;
 
-/// Derivatives of an element to be checked; made by [`constraint`](constraint()), [`kinetic_energy`], [`potential_energy`], [`force`](force()) or [`cost`](cost()).
+/// A check of hand-derived derivatives of an element, created by [`constraint`](constraint()), [`kinetic_energy`], [`potential_energy`],
+/// [`force`](force()) or [`cost`](cost()).
 ///
-/// Hand in any number of derivatives, each as a closure of the [`Point`], then [`run`](ElementCheck::run).
+/// Add any number of derivatives, each as a closure of the [`Point`], then call [`run`](ElementCheck::run).
 #[must_use = "a check does nothing until it is run"]
 pub struct ElementCheck<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> {
     element: &'a E,
@@ -96,37 +97,37 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         self
     }
 
-    /// Changes the sizes that the arguments have, all 1 at first: `|m| m.q[0] = 2000.0` for a length in mm.
+    /// Changes the typical sizes of the arguments, 1 by default: `|m| m.q[0] = 2000.0` for a length in mm.
     pub fn magnitudes(mut self, change: impl FnOnce(&mut Point<N, M, K, P>)) -> Self {
         change(&mut self.magnitudes);
         self
     }
 
-    /// Compares at this point, and at no random points unless [`random_points`](Self::random_points) is called, too.
+    /// Adds a point. Random points are then used only after a call of [`random_points`](Self::random_points).
     pub fn at(mut self, point: Point<N, M, K, P>) -> Self {
         self.given.push(point);
         self
     }
 
-    /// The number of random points (12 at first, none beside points that are given) and their seed.
+    /// Sets the number of random points (12 by default, none if points are given) and their seed.
     pub fn random_points(mut self, count: usize, seed: u64) -> Self {
         (self.count, self.seed) = (Some(count), seed);
         self
     }
 
-    /// Varies the constants too, by this fraction; the hand-derived formulas must then use the point's `b`.
+    /// Varies the constants too, by this fraction; the hand-derived formulas must then use `b` of the point.
     pub fn vary_constants(mut self, fraction: f64) -> Self {
         self.spread = fraction;
         self
     }
 
-    /// Compares only where this holds, except at points that are given.
+    /// Restricts the comparison to points for which the condition holds; given points are always used.
     pub fn admissible(mut self, admissible: impl Fn(&Point<N, M, K, P>) -> bool + 'a) -> Self {
         self.admissible = Box::new(admissible);
         self
     }
 
-    /// What an entry may be off by, relative to the size of its row and column (1e-11 at first).
+    /// Sets the tolerance of an entry, relative to the size of its row and column (1e-11 by default).
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
@@ -158,20 +159,20 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         self
     }
 
-    /// Compares everything that was handed in.
+    /// Compares all given blocks.
     ///
-    /// What cannot be compared is refused in the report: a tolerance or magnitude that is no number, a formula that is finite at no
-    /// random point.
+    /// If nothing can be compared, the report's `refused` gives the reason: an invalid tolerance or size, or a formula that is not finite
+    /// at any random point.
     pub fn run(self) -> Report {
         let title = self.title.clone();
         Plan::run(self.plan(), title)
     }
 
-    /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
+    /// The points and the true values of all given blocks as JSON, for a program in another language that adds its own values: see
     /// [`Answers`](super::Answers).
     ///
     /// # Errors
-    /// What [`run`](Self::run) refuses.
+    /// The reasons for which [`run`](Self::run) compares nothing.
     #[cfg(feature = "files")]
     pub fn worksheet(self) -> Result<String, Error> {
         let title = self.title.clone();

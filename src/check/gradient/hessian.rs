@@ -16,7 +16,7 @@ use crate::{Error, Hyper, Inputs, Output, Settings, System};
 /// Of the largest terms, of all rows and of the gradient: what is below it is rounding, as of inputs that J is linear in.
 const ROUNDING: f64 = 1e-14;
 
-/// A check of products of the Hessian at some inputs; made by [`hessian`].
+/// A check of products of the Hessian, created by [`hessian`].
 #[must_use = "a check does nothing until it is run"]
 pub struct HessianCheck<'a> {
     subject: Subject<'a>,
@@ -28,7 +28,8 @@ pub struct HessianCheck<'a> {
 
 /// Checks products of the Hessian of the system's cost at these inputs: aᵀH b for a random direction a in each part of the inputs and b in all.
 ///
-/// No hyper-dual numbers go through costs on accelerations or reactions: products of these are held to differences of gradients, and to what these are off by.
+/// Hyper-dual numbers do not support costs on accelerations or reactions: their products are compared with differences of gradients, within
+/// the error of these.
 ///
 /// ```
 /// use hamiltonian_adjoint::check::{self, Part};
@@ -52,25 +53,25 @@ pub fn hessian<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) -
 }
 
 impl HessianCheck<'_> {
-    /// Checks products of the Hessian of an output in the place of J's.
+    /// Checks products of the Hessian of an output instead of J.
     pub fn output(mut self, output: Output) -> Self {
         self.subject = self.subject.of(output);
         self
     }
 
-    /// The seed of the random directions.
+    /// Sets the seed of the random directions.
     pub fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
     }
 
-    /// What aᵀH b may be off by, relative to the size of its terms (1e-9 at first).
+    /// Sets the tolerance of aᵀH b, relative to the size of its terms (1e-9 by default).
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
     }
 
-    /// Compares a product of your own with this direction, for one part of the inputs, number by number, once the library's has been checked.
+    /// Compares your own product with this direction, for one part of the inputs, number by number with the library's checked product.
     ///
     /// The order is that of [`Inputs`]: controls column by column.
     pub fn own(mut self, name: &str, part: Part, direction: Inputs, values: impl IntoIterator<Item = f64>) -> Self {
@@ -81,7 +82,7 @@ impl HessianCheck<'_> {
     /// Runs the check.
     ///
     /// # Errors
-    /// A motion that cannot be computed at the inputs, or that has no products; a direction that does not fit; a tolerance that is no number from 0 to 1.
+    /// A motion that cannot be computed or has no products, a direction of wrong size, or a tolerance that is not between 0 and 1.
     pub fn run(&self) -> Result<HessianReport, Error> {
         check_tolerance(self.tolerance)?;
         let (subject, of) = (self.subject, self.subject.name()?);
@@ -126,21 +127,21 @@ impl HessianCheck<'_> {
     }
 }
 
-/// aᵀH b, three ways.
+/// One value aᵀH b, computed in three ways.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct HessianRow {
-    /// Which inputs a moves; b moves all.
+    /// The inputs that a changes; b changes all.
     pub name: &'static str,
     /// a · (H b).
     pub product: f64,
     /// b · (H a).
     pub transposed: f64,
-    /// By hyper-dual numbers, or differences of gradients.
+    /// The reference by hyper-dual numbers or differences of gradients.
     pub reference: f64,
-    /// What the reference may be off by: 0 by hyper-dual numbers, ∞ where there is none.
+    /// Error of the reference: 0 for hyper-dual numbers, ∞ if there is no reference.
     pub uncertainty: f64,
-    /// The larger √Σ (H b)_j² a_j² of both: what errors are relative to; 0 where all of it is rounding.
+    /// Scale of the errors: the larger √Σ (H b)_j² a_j² of both products; 0 if all of it is rounding.
     pub size: f64,
     /// The outcome.
     pub verdict: Verdict,
@@ -164,35 +165,36 @@ impl HessianRow {
         HessianRow { name, product, transposed, reference, uncertainty, size, verdict }
     }
 
-    /// The larger error of both products, relative.
+    /// The larger relative error of both products.
     pub fn error(&self) -> f64 {
         let difference = (self.product - self.reference).abs().max((self.transposed - self.reference).abs());
         if self.size == 0.0 { 0.0 } else { difference / self.size }
     }
 }
 
-/// Products of the Hessian of a system's cost, checked.
+/// Report of a check of Hessian products.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct HessianReport {
-    /// Of what: J, or an output.
+    /// The checked function: J or an output.
     pub of: String,
-    /// One for each part of the inputs.
+    /// One row for each part of the inputs.
     pub rows: Vec<HessianRow>,
-    /// Whether the reference is differences of gradients.
+    /// True if the reference is differences of gradients.
     pub by_differences: bool,
-    /// What hyper-dual numbers left to rounding, relative to the unknowns of a step (see [`LiftedSolver::rounding`](crate::LiftedSolver::rounding)).
+    /// Rounding of the hyper-dual reference, relative to the unknowns of a step (see
+    /// [`LiftedSolver::rounding`](crate::LiftedSolver::rounding)).
     pub rounding: f64,
-    /// What motion and gradient at the inputs have to say ([`Report::warnings`](crate::Report::warnings)), in words.
+    /// Warnings of the motion and its gradient ([`Report::warnings`](crate::Report::warnings)), as text.
     pub warnings: Vec<String>,
-    /// Products of the user's own.
+    /// The user's products.
     pub own: Vec<BlockReport>,
 }
 
 outcome!(HessianReport);
 
 impl HessianReport {
-    /// The outcome of everything, products of the user's own included.
+    /// The overall verdict, including the user's products.
     pub fn verdict(&self) -> Verdict {
         self.library().with(&self.own)
     }

@@ -19,15 +19,16 @@ use crate::motion::Refinement;
 use crate::system::CostFactors;
 use crate::{AdjointVariables, Error, Gradient, Inputs};
 
-/// How well the identity holds.
+/// Error of the adjoint–tangent identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Identity {
-    /// The largest difference of both sides, relative to the largest of their terms or to what is rounding of them ([`DirectionReport::floor`](super::DirectionReport)).
+    /// Largest difference of both sides, relative to the largest of their terms or to their rounding
+    /// ([`DirectionReport::floor`](super::DirectionReport)).
     pub worst: f64,
-    /// Where.
+    /// The node of the largest difference.
     pub node: usize,
-    /// The node nearest to the end where they differ, if any does: the error is in this node's part of the sweep.
+    /// The node nearest to the end at which the sides differ, if any: the error is in the sweep's contribution of this node.
     pub first_wrong: Option<usize>,
 }
 

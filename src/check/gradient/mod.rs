@@ -51,7 +51,7 @@ struct Subject<'a> {
     which: usize,
 }
 
-/// A check of the gradient at some inputs; made by [`gradient`].
+/// A check of the gradient, created by [`gradient`].
 #[must_use = "a check does nothing until it is run"]
 pub struct GradientCheck<'a> {
     subject: Subject<'a>,
@@ -64,8 +64,8 @@ pub struct GradientCheck<'a> {
 
 /// Checks the gradient of the system's cost at these inputs.
 ///
-/// By default one random direction in each part of the inputs and one in all of them. Works on copies: the system, the
-/// inputs and any solver of yours stay as they are.
+/// By default it compares along one random direction in each part of the inputs and one in all of them. It works on copies of the system
+/// and the inputs.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Settings, check, scenes::CartPendulum};
@@ -85,31 +85,31 @@ pub fn gradient<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) 
 }
 
 impl GradientCheck<'_> {
-    /// Checks the gradient of an output in the place of J's.
+    /// Checks the gradient of an output instead of J.
     pub fn output(mut self, output: Output) -> Self {
         self.subject = self.subject.of(output);
         self
     }
 
-    /// Random directions in each part of the inputs (1 at first), and their seed.
+    /// Sets the number of random directions in each part of the inputs (1 by default) and their seed.
     pub fn directions(mut self, count: usize, seed: u64) -> Self {
         (self.directions, self.seed) = (count, seed);
         self
     }
 
-    /// Every single input, too: three or more simulations for each.
+    /// Also compares every single input, with three or more simulations for each.
     pub fn complete(mut self) -> Self {
         self.complete = true;
         self
     }
 
-    /// What dJ may be off by, relative to the size of its terms (1e-9 at first).
+    /// Sets the tolerance of dJ, relative to the size of its terms (1e-9 by default).
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
     }
 
-    /// Compares a gradient of your own, for one part of the inputs, number by number, once the library's has been checked.
+    /// Compares your own gradient, for one part of the inputs, number by number with the library's checked gradient.
     ///
     /// The order is that of [`Inputs`]: controls column by column.
     pub fn own(mut self, name: &str, part: Part, values: impl IntoIterator<Item = f64>) -> Self {
@@ -120,7 +120,7 @@ impl GradientCheck<'_> {
     /// Runs the check.
     ///
     /// # Errors
-    /// A motion that cannot be computed at the inputs themselves; a tolerance that is no number from 0 to 1.
+    /// A motion that cannot be computed at the inputs, or a tolerance that is not between 0 and 1.
     pub fn run(&self) -> Result<GradientReport, Error> {
         check_tolerance(self.tolerance)?;
         let (subject, of) = (self.subject, self.subject.name()?);

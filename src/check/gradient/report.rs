@@ -4,57 +4,59 @@ use super::super::report::{BlockReport, Verdict, outcome};
 use super::taylor::ENOUGH;
 use super::{CAUTION, DIFFERENCED, Identity, Taylor};
 
-/// One direction, four ways.
+/// The derivative along one direction, computed in four ways.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct DirectionReport {
-    /// Which inputs move.
+    /// The inputs that change.
     pub name: String,
     /// g·d with the gradient g of the discrete adjoint.
     pub adjoint: f64,
-    /// By the tangent system.
+    /// The derivative by the tangent system.
     pub direct: f64,
-    /// By complex step through the whole simulation.
+    /// The derivative by complex step through the whole simulation.
     pub complex_step: f64,
-    /// By differences with Ridders' extrapolation.
+    /// The derivative by differences with Ridders' extrapolation.
     pub differences: f64,
-    /// Their error by their own estimate.
+    /// Estimated error of the differences.
     pub differences_error: f64,
-    /// √Σ (g_j d_j)²: what the errors are relative to …
+    /// Scale of the errors: √Σ (g_j d_j)².
     pub size: f64,
-    /// … unless dJ is rounding: 1e-6 |J| + 1e-4 |d²J|, since no dJ is known better than to the rounding of J, nor at an optimum than to what the
-    /// rounding of the motion changes it by; 1e-4 of the terms of dJ/dΔt, which cancel where a mechanism rests; and 1e-6 of the largest row, or 1e-3 of the largest single input.
+    /// Smallest scale of the errors: 1e-6 |J| + 1e-4 |d²J|, because dJ is known at best to the rounding of J and, at an optimum, to the
+    /// effect of the rounding of the motion; 1e-4 of the terms of dJ/dΔt, which cancel for a mechanism at rest; and 1e-6 of the largest
+    /// row, or 1e-3 of the largest single input.
     pub floor: f64,
-    /// Whether dJ, or what it is nearby, is more than errors may be: if not, any number would do.
+    /// True if dJ, here or nearby, is larger than the tolerated error; otherwise every value would pass.
     pub is_seen: bool,
-    /// The outcome: "nothing compared" where all that can be said is that dJ is hidden by the rounding of J.
+    /// The verdict; "nothing compared" if the rounding of J hides dJ.
     pub verdict: Verdict,
 }
 
-/// The gradient of a system's cost, checked.
+/// Report of a check of a gradient.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct GradientReport {
-    /// Of what: J, or an output.
+    /// The checked function: J or an output.
     pub of: String,
-    /// Its value.
+    /// Value of the checked function.
     pub value: f64,
-    /// Random directions.
+    /// The random directions.
     pub directions: Vec<DirectionReport>,
-    /// How many single inputs were compared.
+    /// Number of single inputs compared.
     pub singles: usize,
-    /// The worst of them.
+    /// The single inputs with the largest errors.
     pub worst_singles: Vec<DirectionReport>,
     /// The Taylor remainder test, in all inputs together.
     pub taylor: Taylor,
     /// The dot-product identity, in controls and initial values.
     pub identity: Option<Identity>,
-    /// What direct differentiation and complex step left to rounding along the random directions, relative to the unknowns of a step (see [`LiftedSolver::rounding`](crate::LiftedSolver::rounding)):
-    /// about 1e-14, and more where tangent matrices are close to singular or springs are stiff.
+    /// Rounding of direct differentiation and complex step along the random directions, relative to the unknowns of a step (see
+    /// [`LiftedSolver::rounding`](crate::LiftedSolver::rounding)): about 1e-14, more if tangent matrices are nearly singular or springs are
+    /// stiff.
     pub rounding: f64,
-    /// What motion and gradient at the inputs have to say ([`Report::warnings`](crate::Report::warnings)), in words.
+    /// Warnings of the motion and its gradient ([`Report::warnings`](crate::Report::warnings)), as text.
     pub warnings: Vec<String>,
-    /// Gradients of the user's own.
+    /// The user's gradients.
     pub own: Vec<BlockReport>,
 }
 
@@ -124,7 +126,7 @@ impl DirectionReport {
         if times.is_finite() && times > 4.0 && !self.agrees(tolerance) { times } else { 1.0 }
     }
 
-    /// |adjoint − direct|, relative.
+    /// Relative difference of adjoint and direct differentiation.
     pub fn error(&self) -> f64 {
         relative(self.adjoint - self.direct, self.scale())
     }
@@ -149,7 +151,7 @@ pub(super) fn relative(difference: f64, size: f64) -> f64 {
 outcome!(GradientReport);
 
 impl GradientReport {
-    /// The outcome of everything, gradients of the user's own included.
+    /// The overall verdict, including the user's gradients.
     pub fn verdict(&self) -> Verdict {
         self.library().with(&self.own)
     }

@@ -2,23 +2,23 @@
 
 use super::FIRST_STEP;
 
-/// The remainder at one step.
+/// The Taylor remainder at one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Remainder {
-    /// s.
+    /// The step s.
     pub step: f64,
-    /// J(x + s d) − J(x) − s g·d.
+    /// The remainder J(x + s d) − J(x) − s g·d.
     pub value: f64,
 }
 
-/// Remainders and their observed order.
+/// Taylor remainders and their observed order.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Taylor {
-    /// Steps, halved from one to the next.
+    /// Remainders at steps that are successively halved.
     pub remainders: Vec<Remainder>,
-    /// The median of log₂(R(s)/R(s/2)) above rounding: 2 for a right gradient, 1 for a wrong one. None if all is rounding.
+    /// Median of log₂(R(s)/R(s/2)) above rounding: 2 for a right gradient, 1 for a wrong one; `None` if all remainders are rounding.
     pub slope: Option<f64>,
     /// The least R(s)/s behind which the order is too low, and no lower than of a wrong gradient, which is wrong by that; infinite if it nowhere is.
     pub(super) wrong_by: f64,

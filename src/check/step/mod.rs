@@ -29,7 +29,7 @@ const TITLE: &str = "tangent matrices of a step";
 /// How far random points are from the motion, relative to the sizes that occur in it.
 const SPREAD: f64 = 0.3;
 
-/// Blocks of the step's tangent matrices to be checked; made by [`step`].
+/// A check of hand-derived blocks of the tangent matrices of a step, created by [`step`].
 #[must_use = "a check does nothing until it is run"]
 pub struct StepCheck<'a> {
     paper: &'a PaperSystem<'a>,
@@ -45,8 +45,7 @@ pub struct StepCheck<'a> {
 
 /// Checks hand-derived blocks of the tangent matrices of a step, at nodes of a motion.
 ///
-/// The points are random states near those of the motion, for which Eq. (2) holds: at the motion itself, symmetry or rest may
-/// make wrong terms vanish.
+/// The points are random states near the motion for which Eq. (2) holds. On the motion itself symmetry or rest may hide wrong terms.
 ///
 /// ```
 /// use hamiltonian_adjoint::paper_system::{Equation::F5, PaperSystem, Variable::V};
@@ -103,19 +102,19 @@ impl Formula for Residual<'_> {
 }
 
 impl<'a> StepCheck<'a> {
-    /// Compares at these nodes, 1 … N (4 random ones at first).
+    /// Sets the nodes, 1 … N, at which to compare (4 random ones by default).
     pub fn nodes(mut self, nodes: impl IntoIterator<Item = usize>) -> Self {
         self.nodes = nodes.into_iter().collect();
         self
     }
 
-    /// The seed of the random states.
+    /// Sets the seed of the random states.
     pub fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
     }
 
-    /// Compares exactly at the motion, instead of at random states near it.
+    /// Compares on the motion itself instead of at random states near it.
     pub fn on_the_motion(mut self) -> Self {
         self.spread = 0.0;
         self
@@ -127,23 +126,23 @@ impl<'a> StepCheck<'a> {
         self
     }
 
-    /// What an entry may be off by, relative to the size of its row and column (1e-11 at first).
+    /// Sets the tolerance of an entry, relative to the size of its row and column (1e-11 by default).
     pub fn tolerance(mut self, tolerance: f64) -> Self {
         self.tolerance = tolerance;
         self
     }
 
-    /// The values of one equation of f_i itself.
+    /// Adds the values of one equation of f_i itself.
     pub fn f<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
         self.block(format!("{}_i", equation.name()), equation, Part::One, hand)
     }
 
-    /// A block of ∂f_i/∂y_i, the left matrix of Eq. (10).
+    /// Adds a block of ∂f_i/∂y_i, the left matrix of Eq. (10).
     pub fn f_y<A: Matrix>(self, equation: Equation, variable: Variable, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
         self.block(format!("∂{}_i/∂{}_i", equation.name(), variable.name()), equation, Part::Y(variable), hand)
     }
 
-    /// A block of ∂f_i/∂y_{i−1}, the right matrix of Eq. (10).
+    /// Adds a block of ∂f_i/∂y_{i−1}, the right matrix of Eq. (10).
     pub fn f_y_previous<A: Matrix>(
         self,
         equation: Equation,
@@ -154,12 +153,12 @@ impl<'a> StepCheck<'a> {
         self.block(name, equation, Part::Previous(variable), hand)
     }
 
-    /// The rows of one equation in ∂f_i/∂u_i.
+    /// Adds the rows of one equation of ∂f_i/∂u_i.
     pub fn f_u<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
         self.block(format!("∂{}_i/∂u_i", equation.name()), equation, Part::Controls, hand)
     }
 
-    /// The rows of one equation in ∂f_i/∂b.
+    /// Adds the rows of one equation of ∂f_i/∂b.
     pub fn f_b<A: Matrix>(self, equation: Equation, hand: impl Fn(&StepPoint) -> A + 'a) -> Self {
         self.block(format!("∂{}_i/∂b", equation.name()), equation, Part::Design, hand)
     }
@@ -178,18 +177,18 @@ impl<'a> StepCheck<'a> {
         self
     }
 
-    /// Compares everything that was handed in.
+    /// Compares all given blocks.
     ///
-    /// What cannot be compared is refused in the report: a tolerance that is no number, another number of equations' names.
+    /// If nothing can be compared, the report's `refused` gives the reason: an invalid tolerance, or a wrong number of equation names.
     pub fn run(self) -> Report {
         Plan::run(self.plan(), TITLE.to_string())
     }
 
-    /// The points and the true blocks there of everything that was handed in, as JSON, for a program in any language to put its own beside: see
+    /// The points and the true values of all given blocks as JSON, for a program in another language that adds its own values: see
     /// [`Answers`](super::Answers).
     ///
     /// # Errors
-    /// What [`run`](Self::run) refuses.
+    /// The reasons for which [`run`](Self::run) compares nothing.
     #[cfg(feature = "files")]
     pub fn worksheet(self) -> Result<String, Error> {
         let paper = self.paper;

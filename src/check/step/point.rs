@@ -9,31 +9,31 @@ use crate::forward::rank::mass_matrix;
 use crate::motion::column;
 use crate::paper_system::{self, PaperSystem, Variable};
 
-/// The paper's y at one node, in its parts.
+/// The parts of the paper's y at one node.
 #[derive(Clone, Debug, PartialEq)]
 pub struct State {
-    /// v.
+    /// Velocities v.
     pub v: DVector<f64>,
-    /// ṗ*.
+    /// Rates ṗ* of the augmented momenta.
     pub p_star_dot: DVector<f64>,
-    /// q.
+    /// Coordinates q.
     pub q: DVector<f64>,
-    /// p*.
+    /// Augmented momenta p*.
     pub p_star: DVector<f64>,
-    /// σ.
+    /// Multipliers σ.
     pub sigma: DVector<f64>,
 }
 
-/// A step into node i: everything that f_i depends on.
+/// The step that ends at node i: all arguments of f_i.
 ///
-/// Eq. (2) holds between the two states, so `y.v` is what the paper's substitution γ q_i + q̂_{i−1} gives.
+/// Eq. (2) holds between the two states, so `y.v` equals the paper's substitution γ q_i + q̂_{i−1}.
 pub struct StepPoint<'a> {
     paper: &'a PaperSystem<'a>,
-    /// i.
+    /// The node i.
     pub node: usize,
-    /// t_i, s.
+    /// Time t_i, s.
     pub t: f64,
-    /// Δt of the step, s.
+    /// Length Δt of the step, s.
     pub dt: f64,
     /// γ = 2/Δt.
     pub gamma: f64,
@@ -75,15 +75,15 @@ impl<'a> StepPoint<'a> {
         Terms::new(self.paper.system, &self.y, &self.u, &self.b, self.t)
     }
 
-    /// The same functions at q_{i−1}, v_{i−1}, σ_{i−1} (and u_i).
+    /// The terms of Eq. (10) at q_{i−1}, v_{i−1}, σ_{i−1} and u_i.
     pub fn previous_terms(&self) -> Terms {
         Terms::new(self.paper.system, &self.previous, &self.u, &self.b, self.t - self.dt)
     }
 
-    /// The same functions at a state of your own making.
+    /// The terms of Eq. (10) at another state.
     ///
     /// # Panics
-    /// If a part of it has another length than in `y`.
+    /// If a part of the state has another length than in `y`.
     pub fn terms_at(&self, state: &State) -> Terms {
         Terms::new(self.paper.system, state, &self.u, &self.b, self.t)
     }

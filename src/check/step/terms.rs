@@ -9,10 +9,10 @@ use crate::System;
 use crate::paper_system::{Equation, PaperSystem, Variable};
 use crate::system::{NodeValues, NodeView};
 
-/// M, Φ_q and the other terms of Eq. (10), each by dual numbers.
+/// M, Φ_q and the other terms of Eq. (10), computed by dual numbers.
 ///
-/// Q stands for Q + T_q − V_q, all that 𝓛_q + Q is without constraints (the paper has no T_q, and counts −V_q to Q); T_qq and T_qv are
-/// what the kinetic energy has in it, zero for constant mass matrices.
+/// Here Q means Q + T_q − V_q, that is 𝓛_q + Q without constraints. (The paper has no T_q and includes −V_q in Q.) T_qq and T_qv are the
+/// contributions of the kinetic energy, zero for constant mass matrices.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terms {
     /// M = 𝓛_vv, n × n.
@@ -31,9 +31,9 @@ pub struct Terms {
     pub force_q: DMatrix<f64>,
     /// (Q + T_q − V_q)_v, n × n.
     pub force_v: DMatrix<f64>,
-    /// T_qq, the part of `force_q` that comes from T_q, n × n.
+    /// T_qq, the contribution of T_q to `force_q`, n × n.
     pub t_qq: DMatrix<f64>,
-    /// T_qv, the part of `force_v` that comes from T_q, n × n.
+    /// T_qv, the contribution of T_q to `force_v`, n × n.
     pub t_qv: DMatrix<f64>,
     /// Q_u, n × k.
     pub force_u: DMatrix<f64>,

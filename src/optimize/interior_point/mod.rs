@@ -27,13 +27,14 @@ const MOST_IDLE: usize = 10;
 /// Differences of φ below this share of it are rounding.
 const ROUNDING: f64 = 1e-14;
 
-/// Minimises f(x) subject to constraints and bounds, with products of the Hessian ([`Problem::product`]); the Jacobian of the constraints is a backward
-/// sweep for each. A start beside a bound is moved away from it, by a hundredth of it (of the largest variable, or of 1, if it is 0) or of the distance
-/// to the other bound (or by less where that has no value). Where constraints come no closer, up to 100 iterations at a time go to where their violation is least, whatever f becomes; these count,
-/// but `watch` does not see them, and the history only where they led.
+/// Minimises f(x) subject to constraints and bounds with exact products of the Hessian ([`Problem::product`]). The Jacobian of the
+/// constraints costs one right-hand side of a backward sweep for each. A start at a bound is moved inside by a hundredth of the bound (of
+/// the largest variable, or of 1, if it is 0) or of the distance to the other bound, or by less if the problem has no value there. If the
+/// violation does not decrease, up to 100 iterations of a feasibility phase minimise it regardless of f; they count as iterations, but are
+/// neither passed to `watch` nor in the history, except for their end.
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit; a problem without products.
+/// Invalid sizes, bounds or options, or a problem without Hessian products.
 pub fn interior_point(
     problem: &mut dyn Problem,
     start: &[f64],
