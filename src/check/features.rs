@@ -9,7 +9,7 @@
 //! | tanh x, atan x | ±1 | x is about ±1 |
 //! | exp x | 0 | x is not far below 0 |
 //! | sin x, cos x, powers, … | x, 1 or 0 | x is about 1 |
-//! | x + y | x; y | x and y are about as large |
+//! | x + y in 1/(x + y), √(x + y), … | x; y | x and y are about as large |
 //!
 //! A point shows a variant if its gradient there is not that of the formula: a hand-derived block that lacks this piece of the formula is found there.
 
@@ -74,8 +74,8 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// Of a graph and its results, for a block differentiated `by` some inputs, of which some are free; the values at some points tell which terms are alike.
-    pub fn new((mut graph, results): (Graph, Vec<Node>), by: &Range<usize>, free: &[usize], points: &[&[f64]]) -> Self {
+    /// Of a graph and its results, for a block differentiated `by` some inputs, of which some are free.
+    pub fn new((mut graph, results): (Graph, Vec<Node>), by: &Range<usize>, free: &[usize]) -> Self {
         let template = Template::new(&graph, &results, 0);
         let nodes: Vec<Node> = graph.reachable(results.iter().chain(graph.looked_at()).copied());
         let inputs = nodes.iter().filter_map(|&node| match graph.expression(node) {
@@ -91,10 +91,9 @@ impl Form {
         form.looks.sort_unstable();
         form.looks.dedup();
         let order = graph.reachable(results.iter().copied());
-        let values: Vec<Vec<f64>> = points.iter().map(|x| graph.values(&order, None, x)).collect();
         let is_inside = inside(&graph, &order);
         for &node in &order {
-            form.variants.extend(variants(&mut graph, node, is_inside[node.index()], &values));
+            form.variants.extend(variants(&mut graph, node, is_inside[node.index()]));
         }
         form.variants.retain(|variant| is_free(&graph, variant.of));
         for variant in &mut form.variants {
@@ -237,7 +236,7 @@ fn inside(graph: &Graph, order: &[Node]) -> Vec<bool> {
 }
 
 /// The variants of a node.
-fn variants(graph: &mut Graph, node: Node, is_inside: bool, values: &[Vec<f64>]) -> Vec<Variant> {
+fn variants(graph: &mut Graph, node: Node, is_inside: bool) -> Vec<Variant> {
     use Expression::*;
     let [above, below] = [[SIDE, INFINITE], [-INFINITE, -SIDE]];
     let all = [-INFINITE, INFINITE];
@@ -270,17 +269,19 @@ fn variants(graph: &mut Graph, node: Node, is_inside: bool, values: &[Vec<f64>])
             add(graph.expression(x), x, all, &[1.0, -1.0], Need::Nothing);
         }
         Power(x, _) | IntegerPower(x, _) => add(number(0.0), x, all, &[1.0], Need::Nothing),
-        expression @ (Add(x, y) | Subtract(x, y)) => {
-            if is_inside || !values.iter().any(|values| are_alike(values, [x, y])) {
-                let [first, second] = [x, y].map(|x| graph.function(Function::Abs, x));
-                let (difference, need) =
-                    (graph.subtract(first, second), if is_inside { Need::Variant } else { Need::Nothing });
-                let is_sum = matches!(expression, Add(..));
-                let second = if is_sum { graph.expression(y) } else { Of(Function::Negative, y) };
-                add(graph.expression(x), difference, all, &[0.0], need);
-                add(second, difference, all, &[0.0], need);
-                found.iter_mut().for_each(|variant| variant.terms = Some([x, y]));
-            }
+        expression @ (Add(x, y) | Subtract(x, y)) if is_inside => {
+            let [first, second] = [x, y].map(|x| graph.function(Function::Abs, x));
+            let difference = graph.subtract(first, second);
+            let is_sum = matches!(expression, Add(..));
+            add(graph.expression(x), difference, all, &[0.0], Need::Variant);
+            add(
+                if is_sum { graph.expression(y) } else { Of(Function::Negative, y) },
+                difference,
+                all,
+                &[0.0],
+                Need::Variant,
+            );
+            found.iter_mut().for_each(|variant| variant.terms = Some([x, y]));
         }
         _ => {}
     }

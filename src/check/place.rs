@@ -10,6 +10,8 @@ use super::scale::sizes;
 
 /// An entry may be off by this many times the noise of the true value.
 pub(crate) const NOISE: f64 = 64.0;
+/// An entry may be off by this part of what changes its row most, in sizes of the arguments: a slope of 1e-36 may be 0 by hand.
+const LOST: f64 = 1e-20;
 /// Values that differ by no more than this factor are about as large: sums of like terms may cancel in one place.
 const ALIKE: f64 = 16.0;
 
@@ -128,7 +130,9 @@ pub(crate) fn set_scales(places: &mut [Place], by: &Range<usize>, setting: &Sett
             }
         }
         let rounding = place.scale.zip_map(&place.noise, |scale, noise| NOISE * noise.max(f64::EPSILON * scale));
+        let lost = |i: usize, j: usize| LOST * change(value, i) / magnitude(j);
         place.tolerance = size.zip_map(&rounding, |size, rounding| setting.tolerance * size + rounding);
+        place.tolerance = place.tolerance.map_with_location(|i, j, within| within + lost(i, j));
         place.number = p;
     }
 }

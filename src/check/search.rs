@@ -23,8 +23,8 @@ const LONGEST: f64 = 1e4;
 const FARTHEST: f64 = 1e9;
 /// Points beyond a switch are tried at these powers of √10: from one size of the arguments down, and where another switch hides all these, up.
 const BEYOND: [i32; 20] = [0, -1, -2, -3, -4, -5, -6, -8, -10, -12, -14, -16, -18, 1, 2, 3, 4, 5, 6, 7];
-/// The power of points just beside a switch, where a wrong place of it is seen: 1e-4 sizes away.
-const JUST_BESIDE: [i32; 1] = [-8];
+/// The power of points just beside a switch, where a wrong place of it is seen: a thousandth of a size away, or of the arguments there, if these are larger.
+const JUST_BESIDE: [i32; 1] = [-6];
 /// A point shows a variant well if gradients differ by this share; the search goes on for a better one otherwise.
 const CLEAR: f64 = 1e-3;
 /// Values that a formula looks at are varied by these multiples of their size.
@@ -117,9 +117,7 @@ impl<'a> Features<'a> {
         let recorded = self.of.recorded(x, &self.is_fixed)?;
         let known = self.forms.iter().position(|form| form.is_of(&recorded));
         if known.is_none() && self.forms.len() < MOST_FORMS {
-            let first = self.setting.drawn.points.iter().take(STARTS[0]);
-            let points = if self.forms.is_empty() { first.map(Vec::as_slice).collect() } else { vec![x] };
-            self.forms.push(Form::new(recorded, &self.by, &self.setting.free, &points));
+            self.forms.push(Form::new(recorded, &self.by, &self.setting.free));
             return Some(self.forms.len() - 1);
         }
         known
@@ -159,7 +157,8 @@ impl<'a> Features<'a> {
     fn show(&mut self, (f, v): (usize, usize), exponents: &[i32], starts: usize) -> bool {
         let Variant { of, window, .. } = self.forms[f].variants[v];
         let goals = self.forms[f].variants[v].goals.clone();
-        let (mut best, mut ends, mut excludes, mut reaches) = ((0.0, None), Vec::new(), false, false);
+        let (mut best, mut ends) = ((0.0, None), Vec::new());
+        let (mut excludes, mut is_undefined, mut reaches) = (false, false, false);
         let searches =
             self.starts(f).into_iter().take(starts).flat_map(|start| goals.iter().map(move |&goal| (start.clone(), goal)));
         'search: for ((mut x, base), goal) in searches {
@@ -172,10 +171,10 @@ impl<'a> Features<'a> {
                 let at = Known { x, base, form };
                 reaches |= self.forms[f].reaches(&self.forms[f].variants[v], &at.x);
                 let share = self.shows((f, v), &at);
-                if share > best.0 && self.is_defined(&at.x) {
-                    let is_admissible = (self.setting.admissible)(&at.x);
-                    excludes |= !is_admissible;
-                    best = if is_admissible { (share, Some(at)) } else { best };
+                if share > best.0 {
+                    let [is_defined, is_admissible] = [self.is_defined(&at.x), (self.setting.admissible)(&at.x)];
+                    (is_undefined, excludes) = (is_undefined || !is_defined, excludes || is_defined && !is_admissible);
+                    best = if is_defined && is_admissible { (share, Some(at)) } else { best };
                 }
                 if best.0 > CLEAR {
                     break 'search;
@@ -187,7 +186,7 @@ impl<'a> Features<'a> {
             return false;
         }
         self.excludes |= excludes;
-        excludes || !reaches && is_out_of_reach(&ends, &goals)
+        excludes || is_undefined || !reaches && is_out_of_reach(&ends, &goals)
     }
 
     /// Points to begin a search at, and the points of the check that they were found from.
@@ -262,7 +261,9 @@ impl<'a> Features<'a> {
         let sign = if is_above { 1.0 } else { -1.0 };
         let direction = self.direction(f, (of, &self.forms[f].graph.reachable([of])), x, sign);
         let norm = direction.iter().map(|(_, d)| d * d).sum::<f64>().sqrt();
-        let at = |&e: &i32| self.moved(x, &direction, sign / norm * 10f64.powf(0.5 * f64::from(e)));
+        let ratio = |&(k, d): &(usize, f64)| (d / norm * x[k] / self.setting.magnitudes[k]).abs();
+        let unit = direction.iter().map(ratio).fold(1.0, f64::max) * sign / norm;
+        let at = |&e: &i32| self.moved(x, &direction, unit * 10f64.powf(0.5 * f64::from(e)));
         if norm > 0.0 && norm.is_finite() { exponents.iter().map(at).collect() } else { Vec::new() }
     }
 

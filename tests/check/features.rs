@@ -95,12 +95,11 @@ two!(Positive, x, y, (x * x + y * y + 1.0).max(S::zero()) + (x * x - x * 2.0 + 2
 two!(Hidden, x, y, ((x - 40.0).max(S::zero()) * ((y + 300.0) / 0.01).tanh()) + x * y);
 two!(Nested, x, y, ((x - 3.0).abs().max(S::from(5.0)) - 200.0).max(S::zero()).min(S::from(0.01)) + y);
 two!(Branched, x, y, if x.re() > 500.0 { x * x * y } else { x * y });
-two!(
-    Needle,
-    x,
-    y,
-    (((x - 7.1) * 30.0).cos() + ((x - 7.1) * 47.0).cos() + ((x - 7.1) * 59.0).cos() - 2.999).max(S::zero()) * 1e3 + y
-);
+two!(Needle, x, y, {
+    let z = x - 7.1;
+    let waves = (z * 30.0).cos() + (z * 47.0).cos() + (z * 59.0).cos() + (z * 71.3).cos() + (z * 97.7).cos();
+    (waves - 4.99999).max(S::zero()) * 1e3 + y
+});
 two!(Blind, x, y, if (x.re() - 17.3).abs() < 1e-7 { x * x } else { x + y });
 
 fn run<F>(f: F, seed: u64, hand: impl Fn(f64, f64) -> [f64; 2]) -> check::Report
@@ -132,18 +131,20 @@ fn features_behind_others_are_found() {
 
 #[test]
 fn what_no_point_shows_is_said() {
-    let (mut undecided, mut blind) = (0, 0);
+    let mut blind = 0;
     for seed in 0..SEEDS {
         let report = run(Needle, seed, |_, _| [0.0, 1.0]);
-        assert!(!report.passed(), "seed {seed}: {report}");
+        // Found, or undecided.
         let says = report.to_string().contains("no point was found that shows `max(");
-        undecided += usize::from(report.verdict() == Verdict::Undecided && says);
+        assert!(
+            report.verdict() == Verdict::Wrong || report.verdict() == Verdict::Undecided && says,
+            "seed {seed}: {report}"
+        );
         // No graph tells of a branch that was never taken.
         let report = run(Blind, seed, |_, _| [1.0, 1.0]);
-        blind += usize::from(report.passed() && report.to_string().contains("compares values"));
+        blind += u64::from(report.passed() && report.to_string().contains("compares values"));
     }
-    println!("of {SEEDS}: {undecided} undecided, {blind} that compare values blindly");
-    assert!(undecided > 0 && blind as u64 == SEEDS);
+    assert_eq!(blind, SEEDS);
 }
 
 #[test]
