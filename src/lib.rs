@@ -1,11 +1,11 @@
 //! Exact discrete adjoint gradients of constrained multibody systems in Hamilton's canonical form.
 //!
-//! A mechanism is a sum of small elements ([`element`]), each a plain formula on a few coordinates: kinetic and potential
-//! energies, forces, constraints, costs. A [`Scene`] lists them, [`Scene::compile`] checks them and finds out what they depend on,
-//! and a [`Solver`] computes the motion for given [`Inputs`] and the [`Gradient`] of the cost with respect to all of them. The
-//! equations are those of P. Maciąg, P. Malczyk, J. Frączek, *The Discrete Hamiltonian-Based Adjoint Method for Some Optimization
-//! Problems in Multibody Dynamics* (<https://doi.org/10.1007/978-3-030-23132-3_43>), here "the paper"; "Eq. (9)" in the
-//! documentation is its Eq. (9).
+//! A mechanism is described by small elements ([`element`]), each a plain formula of a few coordinates: kinetic and potential energies,
+//! forces, constraints, costs. A [`Scene`] lists them, [`Scene::compile`] checks them and detects on which arguments each depends, and a
+//! [`Solver`] computes the motion for given [`Inputs`] and the [`Gradient`] of the cost with respect to all of them. The equations are
+//! those of P. Maciąg, P. Malczyk, J. Frączek, *The Discrete Hamiltonian-Based Adjoint Method for Some Optimization Problems in Multibody
+//! Dynamics* (<https://doi.org/10.1007/978-3-030-23132-3_43>), called "the paper" in this documentation; equation numbers such as "Eq. (9)"
+//! are those of the paper.
 //!
 //! # Quickstart
 //!
@@ -33,13 +33,13 @@
 //! # Ok::<(), hamiltonian_adjoint::Error>(())
 //! ```
 //!
-//! A mechanism of your own starts at [`Scene`], bodies and joints in the plane at [`planar`], a formula of your own at [`element`].
-//! The directory `examples` holds a program for each.
+//! To build your own mechanism, begin with [`Scene`]; for planar bodies and joints, see [`planar`]; for a formula of your own, see
+//! [`element`]. The directory `examples` contains an example program for each of these.
 //!
 //! # The equations
 //!
-//! One scalar function generates the mechanics, with the kinetic energy T, the potential V, holonomic constraints Φ(q, t) = 0 and
-//! multipliers σ (impulses):
+//! The equations of motion follow from one scalar function, the augmented Lagrangian 𝓛. With the kinetic energy T, the potential V,
+//! holonomic constraints Φ(q, t) = 0 and multipliers σ (impulses),
 //!
 //! ```text
 //! 𝓛(q, v, σ, t) = T(q, v) − V(q, t) + σᵀ dΦ/dt
@@ -53,13 +53,13 @@
 //! |---|---|---|
 //! | (1a)–(1c) | equations of motion, from the elements | `model/element.rs`, `system/` |
 //! | | consistent start: v₀ and σ₀ from q₀ and p*₀ | `forward/start.rs` |
-//! | (2) | schemes as tables ([`Scheme`]); the trapezoidal rule is the default | `scheme/` |
-//! | (3), (4) | the node problem, Newton's iteration | `node/`, `forward/` |
+//! | (2) | schemes as Butcher tableaux ([`Scheme`]); the trapezoidal rule is the default | `scheme/` |
+//! | (3), (4) | the equations of one step, solved by Newton's method | `node/`, `forward/` |
 //! | | tangent matrix K of the reduced step, and Kᵀ | `system/block.rs`, `linear/` |
 //! | | formulas as programs | `program/`, docs/programs.md |
 //! | (5) | cost J = Σ h_i + S | `model/element.rs` ([`Cost`], [`Sum`]), `system/cost.rs` |
-//! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns a step | `adjoint/sweep.rs` |
-//! | (2)–(12) | the same with all 4n + m unknowns, in the paper's blocks: the reference | `paper_system.rs` ([`paper_system`]) |
+//! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns per step | `adjoint/sweep.rs` |
+//! | (2)–(12) | the same with all 4n + m unknowns, in the paper's blocks, as the reference for the reduced equations | `paper_system.rs` ([`paper_system`]) |
 //! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint/sweep.rs` |
 //! | Section 4 | the example | `scene/scenes.rs` |
 //! | | dependent constraints; restarts; halved steps; checkpoints | `forward/`, `motion/refinement.rs`, `solver/long/` |
@@ -76,7 +76,7 @@
 //! | u | `u`, `controls` | design parameters | `b` of an element, `design` of the inputs |
 //! | h, S | [`Cost`] with [`Sum::Plain`], [`Sum::Terminal`] | n, m, k | [`System::n`], [`System::m`], [`System::k`] |
 //!
-//! A derivative is a suffix, `_q`. Units are SI: m, rad, s, kg, N; σ and p* are in N s (N m s for angles).
+//! Derivatives are written as suffixes, such as `_q`. Units are SI: m, rad, s, kg, N; σ and p* are in N s (N m s for angles).
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
 mod adjoint;

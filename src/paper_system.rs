@@ -1,7 +1,7 @@
 //! The paper's discrete equations with all 4n + m unknowns in dense form: the reference for the reduced adjoint sweep.
 //!
-//! Unknowns y = (v, ṗ*, q, p*, σ), 4n + m of them; γ = 2/Δt. Equation (2) is used where q̇_i stands, so that, with
-//! V = γ (q_i − q_{i−1}) − v_{i−1} and G = γ (p*_i − p*_{i−1}) − ṗ*_{i−1},
+//! Unknowns y = (v, ṗ*, q, p*, σ), 4n + m of them; γ = 2/Δt. In the equations of motion q̇_i and ṗ*_i are replaced according to Eq. (2) by
+//! V = γ (q_i − q_{i−1}) − v_{i−1} and G = γ (p*_i − p*_{i−1}) − ṗ*_{i−1}, so that
 //!
 //! ```text
 //!   f1 = v_i − V                    (2)          f3 = 𝓛_v(q_i, V, σ_i) − p*_i                      (3)
@@ -9,8 +9,8 @@
 //!                                                f5 = dΦ/dt(q_i, V)                                (3)
 //! ```
 //!
-//! The paper does not define f_0. Assumed: f_0 determines y_0, with f1 = q_0 − q̄ and f2 = p*_0 − p̄ for the given values, and f3, f4, f5
-//! with v_0 and ṗ*_0 instead of V and G. Then Eq. (9) and (11) also hold for i = 0, and the first two parts of w_0 are −dJ/dq_0 and
+//! The paper does not define f_0. We assume that f_0 determines y_0, with f1 = q_0 − q̄ and f2 = p*_0 − p̄ for the given values, and f3,
+//! f4, f5 with v_0 and ṗ*_0 instead of V and G. Then Eq. (9) and (11) also hold for i = 0, and the first two parts of w_0 are −dJ/dq_0 and
 //! −dJ/dp*_0.
 //!
 //! Every block is computed from these formulas by dual numbers, one column at a time. The module favours clarity over speed.
@@ -26,7 +26,7 @@ use crate::number::Real;
 use crate::system::{Beside, CostFactors, NodeView, Sums};
 use crate::{Error, Inputs, System, Trajectory};
 
-/// A part of y: a column of the tangent matrices.
+/// A part of y, which is a block column of the tangent matrices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable {
     /// v = q̇.
@@ -41,7 +41,7 @@ pub enum Variable {
     Sigma,
 }
 
-/// A row of the tangent matrices.
+/// One of the discrete equations, which is a block row of the tangent matrices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Equation {
     /// The trapezoidal rule for q.
@@ -165,7 +165,7 @@ impl<'a> PaperSystem<'a> {
         DVector::from_vec([y.v, y.p_star_dot, y.q, y.p_star, y.sigma].concat())
     }
 
-    /// f_i at the motion: zero up to rounding.
+    /// The residual f_i for the given motion, which is zero up to rounding.
     ///
     /// # Panics
     /// If the motion has no node `i`.
@@ -205,7 +205,7 @@ impl<'a> PaperSystem<'a> {
         self.columns(i, |arguments| &mut arguments.b)
     }
 
-    /// The gradient by solving Eq. (9) backwards with dense matrices, and Eq. (11) and (12) without the factor Δt.
+    /// Computes the gradient: solves Eq. (9) backwards with dense matrices and evaluates Eq. (11) and (12), without the factor Δt.
     ///
     /// # Errors
     /// A tangent matrix that is singular; a cost or adjoint variables that are not finite.

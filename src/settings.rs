@@ -7,36 +7,39 @@ use crate::{Error, Scheme};
 pub struct Settings {
     /// The integration scheme.
     pub scheme: Scheme,
-    /// Tolerance of Newton's method: it stops when the next correction of (v, σ), relative to their size, would be smaller.
+    /// Tolerance of Newton's method: it stops when the next correction of (v, σ), relative to the size of (v, σ), would be smaller than
+    /// this value.
     ///
     /// The next correction is estimated from the last one and from the reduction of the residual.
     pub tolerance: f64,
     /// Largest number of Newton iterations in one step.
     pub max_iterations: usize,
-    /// Largest |Φ(q₀)| accepted at the start, in the unit of Φ, which should be m or rad (write (x² + y²)/R − R, not x² + y² − R²).
-    /// Rounding errors of large coordinates are accepted too. An assembled start ([`Start::assembled`](crate::Start::assembled)) satisfies
-    /// the default, whatever is set here. During the motion |Φ| below this value does not count as drift
-    /// ([`Warning::Drift`](crate::Warning::Drift)).
+    /// Largest |Φ(q₀)| accepted at the start, in the unit of Φ, which should be m or rad (write (x² + y²)/R − R, not x² + y² − R²). A
+    /// violation that is only the rounding error of large coordinates is also accepted. An assembled start
+    /// ([`Start::assembled`](crate::Start::assembled)) satisfies the default tolerance, independently of this setting. During the motion
+    /// |Φ| below this value does not count as drift ([`Warning::Drift`](crate::Warning::Drift)).
     pub position_tolerance: f64,
     /// Largest |dΦ/dt(q₀, v₀)| accepted at the start, m/s or rad/s.
     pub velocity_tolerance: f64,
-    /// Largest number of times that a step without a solution is halved (at most 52, the digits of its length);
+    /// Largest number of times that a step without a solution is halved (at most 52, the number of binary digits of its length);
     /// [`Solver::inputs`](crate::Solver::inputs) contains the grid that was used.
     pub max_halvings: usize,
-    /// Bound of ‖Φ‖∞, m or rad, from which on positions are projected onto Φ = 0 at the end of a macro step: 0.0 for every macro step,
-    /// infinity for never, as in the paper. On grids that are not composed every given step is a macro step. Nodes at which branches of Φ =
-    /// 0 cross to seven digits (a flat mechanism) are skipped.
+    /// Bound of ‖Φ‖∞, m or rad. If ‖Φ‖∞ reaches it at the end of a macro step ([`Grid::stages`](crate::Grid::stages)), positions are
+    /// projected onto Φ = 0 there. With 0.0 they are projected after every macro step, with infinity never, as in the paper. On a grid
+    /// without a composition ([`Grid::composed`](crate::Grid::composed)) every step of the given grid is a macro step. A node is skipped if
+    /// its configuration agrees to about seven digits with one in which branches of Φ = 0 cross, such as a flat parallelogram.
     ///
     /// A projection also resets the multipliers and keeps the order of a [`Composition`](crate::Composition) (see
     /// `docs/long-and-hard-motions.md`). The kinetic energy must be quadratic in v. A projection costs about as much as five steps.
     pub drift_bound: f64,
     /// Number of macro steps after which the multipliers are reset, so that they do not grow without bound under a steady load; 0 for
-    /// never. They are counted from the start of the whole motion, also in a [part](crate::Grid::part) of it. On grids that are not
-    /// composed every given step is a macro step. Nodes at which branches of Φ = 0 cross to seven digits are skipped.
+    /// never. Macro steps are counted from the start of the whole motion, also in a [part](crate::Grid::part) of it. On a grid without a
+    /// composition every step of the given grid is a macro step. A node is skipped if its configuration agrees to about seven digits with
+    /// one in which branches of Φ = 0 cross.
     ///
-    /// The absolute value of σ grows like ∫λ dt, and with it the error of a step, O(Δt² σ), until Newton's method fails. Use 1 for motions of
-    /// many thousand steps. With any number above 0 the energy of a conservative motion stays bounded (see
-    /// `docs/long-and-hard-motions.md`).
+    /// The absolute value of σ grows like ∫λ dt, where λ are the reactions. The error of a step, O(Δt² σ), grows with it, until Newton's
+    /// method fails. Use 1 for motions of many thousand steps. With any number above 0 the energy of a conservative motion stays bounded
+    /// (see `docs/long-and-hard-motions.md`).
     pub rebase_every: usize,
     /// True to store the adjoint variables of all nodes for [`Solver::adjoint_variables`](crate::Solver::adjoint_variables).
     pub keep_adjoint: bool,

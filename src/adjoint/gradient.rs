@@ -26,7 +26,8 @@ pub struct Gradient {
     pub warnings: Vec<Warning>,
 }
 
-/// The adjoint variables of E1 … E5, one column for each node 0 … N (a₀ = b₀ = 0).
+/// The adjoint variables, i.e. the multipliers of the step equations E1 … E5 that are given at the fields `a` … `e`, one column for each
+/// node 0 … N (a₀ = b₀ = 0).
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdjointVariables {
     /// Multiplier of E1, q − q₋ − h (v + v₋). For a scheme with several stages a, b and e are sums over the stages of the step.
@@ -39,13 +40,14 @@ pub struct AdjointVariables {
     pub d: DMatrix<f64>,
     /// Multiplier of E5, dΦ/dt.
     pub e: DMatrix<f64>,
-    /// Δt Σ_s a_s0 a_s over the stages of the step that ends at the node: the negative derivative of J with respect to the velocities at
-    /// the beginning of the step, for constant q and p*.
+    /// Δt Σ_s a_s0 a_s over the stages s of the step that ends at the node, with the first entries a_s0 of the rows of the
+    /// [`Scheme`](crate::Scheme) and the multipliers a_s of the stages: the negative derivative of J with respect to the velocities at the
+    /// beginning of the step, for constant q and p*.
     pub alpha: DMatrix<f64>,
-    /// Δt Σ_s a_s0 b_s: the negative derivative of J with respect to ṗ* at the beginning of the step.
+    /// Δt Σ_s a_s0 b_s, as in `alpha`: the negative derivative of J with respect to ṗ* at the beginning of the step.
     pub beta: DMatrix<f64>,
-    /// Derivative of J with respect to σ₋ at the beginning of a macro step that ends with a restart, through the σ after the restart (m ×
-    /// (N + 1); 0 at other nodes).
+    /// The part of the derivative of J with respect to σ₋, the σ at the beginning of a macro step that ends with a restart, that arises
+    /// because the σ after the restart depends on it (m × (N + 1); 0 at other nodes).
     pub s: DMatrix<f64>,
     /// The paper's w of Eq. (9), (4n + m) × (N + 1): w = (h₊ a₊ − J_v, h₊ b₊ − J_ṗ*, c, d, e), and at node 0
     /// (−dJ/dq₀, −dJ/dp*₀, c, d, e), see [`paper_system`](crate::paper_system).

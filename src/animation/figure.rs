@@ -39,12 +39,12 @@ pub(super) struct Piece {
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Outline {
-    /// The convex hull of what is fixed to it.
+    /// The convex hull of the points that are fixed to the body.
     Hull(Vec<[f64; 2]>),
     /// A carriage around a point, turned by an angle.
     Carriage([f64; 2], f64),
     Disc,
-    /// A point of a line.
+    /// One of the points of a drawn line.
     Dot,
 }
 
@@ -65,14 +65,14 @@ pub(super) struct Mark {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum MarkKind {
     Hinge,
-    /// With an angle, rad.
+    /// A rail at an angle, rad.
     Rail(f64),
     Weld,
     /// The surface of a half-plane with its outer normal, rad.
     Surface(f64),
-    /// With a radius, m.
+    /// A wheel with a radius, m.
     Wheel(f64),
-    /// A wall to another point of the frame.
+    /// A wall from the mark's point to another point of the frame.
     Wall([f64; 2]),
     /// A fixed disc with a radius, m.
     Obstacle(f64),

@@ -133,7 +133,8 @@ impl Animation {
         vector::still(&self.figure.framed(), frame, &self.title)
     }
 
-    /// The motion as an animated SVG that repeats; one cycle takes ten seconds if the motion is shorter than 10 µs or longer than 10⁷ s.
+    /// The motion as an animated SVG that repeats; one cycle takes as long as the motion, or ten seconds if the motion is shorter than 10
+    /// µs or longer than 10⁷ s.
     pub fn animated_svg(&self) -> String {
         vector::animated(&self.figure.framed(), &self.times, &self.title)
     }

@@ -11,8 +11,7 @@ fn out_of_reach(driven: &[String]) -> String {
     }
     let (names, depends) = (driven.join(", "), if driven.len() == 1 { "depends" } else { "depend" });
     format!(
-        "{names} {depends} on time, so the drive may demand a position that the mechanism cannot reach or pass, such as a dead centre or the end of \
-         its reach: compare the drive with the lengths; otherwise "
+        "{names} {depends} on time, so the drive may prescribe a position that the mechanism cannot reach or pass, such as a dead centre or a fully stretched position: check the range of the drive against the lengths of the links; otherwise "
     )
 }
 
@@ -48,7 +47,7 @@ impl fmt::Display for Error {
                 write!(f, "`{element}` connects the ground to itself; at least one side must be a body")
             }
             Error::MissingInertia { coordinate } => {
-                write!(f, "coordinate `{coordinate}` has no kinetic energy; add a mass or inertia that moves with it (0.0 is enough if constraints determine it)")
+                write!(f, "coordinate `{coordinate}` has no kinetic energy; add a mass or inertia that moves with it (a value of 0.0 is enough if constraints determine this coordinate)")
             }
             Error::Particle { element } => write!(
                 f,
@@ -73,8 +72,7 @@ impl fmt::Display for Error {
             ),
             Error::Assembly { equation, violation, tolerance, holds } => write!(
                 f,
-                "the start cannot be assembled: {equation} is left violated by {violation:.3e} (tolerance {tolerance:.1e}); see whether these \
-                 lengths can close, {}or begin from a better guess, with links that lie in one line bent a little",
+                "the start cannot be assembled: {equation} remains violated by {violation:.3e} (tolerance {tolerance:.1e}); check whether the loops can close with these lengths, {}or give a better guess (if links lie on one line, bend them slightly)",
                 if *holds { "hold fewer coordinates, " } else { "" }
             ),
             Error::AssemblyStalled { correction } => write!(
@@ -90,12 +88,12 @@ impl fmt::Display for Error {
             Error::NotFree { quantity, equation } => write!(
                 f,
                 "`{quantity}` cannot be free by itself if the start is given, because any other value would violate {equation}; \
-                 use `Start::assembled`, so that the start follows it (hold a free coordinate with `Start::hold`)"
+                 use `Start::assembled`, so that the start is adjusted to its value (hold a free coordinate with `Start::hold`)"
             ),
             Error::DependentConstraints { rank, rows, equations, time } => write!(
                 f,
                 "at t = {} s the constraint Jacobian has rank {rank} but {rows} rows, {} too many; dependent: {}; remove the \
-                 equations that follow from others, or separate coinciding points that should have a distance",
+                 equations that follow from others, or separate points that coincide although a distance is prescribed between them",
                 seconds(*time),
                 rows.saturating_sub(*rank),
                 equations.join(", ")
@@ -125,8 +123,7 @@ impl fmt::Display for Error {
             ),
             Error::Newton { step, time, iterations, length, driven, jump: Some(jump), .. } => write!(
                 f,
-                "no solution of step {step} continues the motion (t = {} s, last tried with Δt = {length:.3e} s): the velocities of the solution that \
-                 Newton's method found after {iterations} iterations differ from the expected ones by {jump:.0} times their size; {}use \
+                "no solution of step {step} continues the motion (t = {} s, last tried with Δt = {length:.3e} s): Newton's method found a solution after {iterations} iterations, but its velocities differ from the expected ones by {jump:.0} times the size of the expected ones; {}use \
                  shorter steps, `Settings::rebase_every` if multipliers have grown in a long motion, or a larger `Settings::max_halvings`",
                 seconds(*time),
                 out_of_reach(driven)
@@ -142,7 +139,7 @@ impl fmt::Display for Error {
             Error::StartKind { expected, found } => {
                 write!(
                     f,
-                    "the start contains {found}, but that of the inputs it belongs to {expected}; use the same kind of `Start`"
+                    "this start contains {found}, but the start of the corresponding inputs contains {expected}; use the same kind of `Start`"
                 )
             }
             Error::Projection { step, time, iterations, correction } => write!(
@@ -170,8 +167,7 @@ impl fmt::Display for Error {
             Error::Model { element, arguments, node, time } => write!(
                 f,
                 "{element} returned a value or derivative that is not finite{} at node {node} (t = {} s); check its formula \
-                 (division by zero, root of zero, for second derivatives also a power below 2 of zero, logarithm of a negative number, coinciding \
-                 end points of a spring)",
+                 (division by zero, root of zero, logarithm of a negative number, coinciding end points of a spring; for second derivatives also zero raised to a power below 2)",
                 if arguments.is_empty() { String::new() } else { format!(" for {arguments}") },
                 seconds(*time)
             ),
@@ -182,12 +178,12 @@ impl fmt::Display for Error {
             ),
             Error::Overflow { what, value } if value.is_nan() => write!(
                 f,
-                "{what} is NaN: a formula has no derivative at this input (a root or a power of zero), or sums beyond the range of numbers cancel; \
+                "{what} is NaN: a formula has no derivative at this input (a root or a power of zero), or terms that exceed the floating-point range cancel; \
                  change the input, or use other units"
             ),
             Error::Overflow { what, value } => write!(
                 f,
-                "{what} is {value}: a sum is beyond the range of numbers, or a formula has an infinite derivative at this input (a root of zero); \
+                "{what} is {value}: a sum exceeds the floating-point range, or a formula has an infinite derivative at this input (a root of zero); \
                  use other units, scale the cost, shorten a motion that amplifies every change, or change the input"
             ),
             Error::NotInSegments { what, why } => write!(f, "multiple shooting does not support {what}: {why}"),
@@ -216,13 +212,13 @@ impl fmt::Display for Error {
             Error::LinearEnergy { coordinate, momentum, step, time } => write!(
                 f,
                 "positions cannot be projected onto Φ = 0 at the end of step {step} (t = {} s): the kinetic energy has a term linear in the \
-                 velocities, {momentum:.3e} in p* of `{coordinate}` at v = 0; simulate without `Settings::drift_bound`, with shorter steps",
+                 velocities, {momentum:.3e} in p* of `{coordinate}` at v = 0; simulate without `Settings::drift_bound`, and use shorter steps instead",
                 seconds(*time)
             ),
             Error::Tolerance { time, length, error } => write!(
                 f,
                 "the tolerance cannot be met at t = {} s: the estimated error of a step of {length:.1e} s is still {error:.1e} times the tolerance; use a \
-                 larger tolerance, or look for a formula that jumps there",
+                 larger tolerance, or look for a formula that is discontinuous there",
                 seconds(*time)
             ),
             Error::Rounding { time, coordinate, rounding, tolerance } => write!(
@@ -238,7 +234,7 @@ impl fmt::Display for Error {
                  `Scheme::TRAPEZOIDAL`"
             ),
             Error::NoSecondDerivatives { of } => {
-                write!(f, "exact second derivatives of {of} do not exist; use a method that needs gradients alone")
+                write!(f, "exact second derivatives of {of} do not exist; use a method that needs only gradients")
             }
             Error::NoHyperDual => f.write_str(
                 "hyper-dual numbers do not support costs on accelerations or reactions; `Solver::hessian_product` computes the exact \

@@ -6,7 +6,7 @@ mod message;
 #[derive(Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Error {
-    /// Two things of one kind have the same name.
+    /// Two items of the same kind have the same name.
     DuplicateName {
         /// The kind: coordinate, body, element, control, design variable.
         kind: &'static str,
@@ -60,7 +60,7 @@ pub enum Error {
         /// The condition on the value.
         must_be: &'static str,
     },
-    /// A direction, or lifted inputs, and the inputs that they belong to have different kinds of start.
+    /// The start of a direction, or of lifted inputs, is of a different kind from the start of the inputs to which they belong.
     StartKind {
         /// Kind of start of the inputs: velocities, augmented momenta.
         expected: &'static str,
@@ -129,7 +129,8 @@ pub enum Error {
         /// The coordinate.
         coordinate: String,
     },
-    /// A free variable of a given start is determined by a constraint, and no other free variable can follow it.
+    /// A free variable of a given start is determined by a constraint: no change of the other free variables could keep the constraint
+    /// satisfied if this variable changes.
     NotFree {
         /// The initial coordinate, its rate, or the design variable.
         quantity: String,
@@ -151,7 +152,8 @@ pub enum Error {
     ContradictoryConstraints {
         /// The contradicting constraint equations.
         equations: Vec<String>,
-        /// Value of their linear combination that should be zero in every state (largest coefficient 1): m or m/s, rad or rad/s.
+        /// Value of the linear combination of these equations, with largest coefficient 1, that should vanish in every state; m, rad, m/s
+        /// or rad/s.
         violation: f64,
         /// The time, s.
         time: f64,
@@ -194,8 +196,8 @@ pub enum Error {
         equation: String,
         /// The constraint equations that depend on time: the driven position may be out of reach.
         driven: Vec<String>,
-        /// Set if a solution was found but rejected, because it belongs to another motion: difference of its velocities from the expected ones, relative
-        /// to their size.
+        /// The difference of the velocities from the expected ones, relative to the size of the expected ones, if a solution was found but
+        /// rejected because it does not continue this motion.
         jump: Option<f64>,
     },
     /// Positions at the end of a step could not be projected onto Φ = 0.

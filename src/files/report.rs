@@ -88,7 +88,7 @@ impl Trajectory {
     /// # Ok::<(), hamiltonian_adjoint::Error>(())
     /// ```
     ///
-    /// Of a user-defined scheme only the name is written, and [`from_json`](Self::from_json) returns an error for it.
+    /// For a user-defined scheme, only the name is written, and [`from_json`](Self::from_json) returns an error for it.
     ///
     /// # Errors
     /// A motion of another system.

@@ -18,8 +18,8 @@ const VERSION: u32 = 1;
 pub struct SceneFile {
     /// The scene with its ready-made parts; find handles by name ([`Scene::coordinate_named`], [`Scene::output_named`] and similar).
     pub scene: Scene,
-    /// Names of elements, costs and outputs that were the writer's own, and of parts and costs whose parameters no text can say, with all that such
-    /// bodies have or are joined by: without them it is another mechanism, or another J.
+    /// Names of user-defined elements, costs and outputs, of parts and costs whose parameters cannot be written as text, and of everything
+    /// that belongs to such bodies or is connected to them. Without these the scene describes another mechanism or another J.
     pub left_out: Vec<String>,
 }
 
@@ -64,8 +64,8 @@ impl SceneFile {
 }
 
 impl Scene {
-    /// The scene as JSON: coordinates, controls, design variables, bodies, ready-made parts, costs and outputs. Of user-defined elements,
-    /// costs and outputs only the names are written.
+    /// The scene as JSON: coordinates, controls, design variables, bodies, ready-made parts, costs and outputs. For user-defined elements,
+    /// costs and outputs, only the names are written.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Scene, SceneFile, planar::Body};

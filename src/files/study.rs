@@ -30,7 +30,7 @@ pub struct Finished {
     pub violation: Option<f64>,
     /// True if the method converged.
     pub converged: bool,
-    /// The reason to stop, or the error.
+    /// The reason why the method stopped, or the error.
     pub reason: String,
     /// Numbers of evaluations, gradients and Hessian products.
     pub counts: [usize; 3],
@@ -91,7 +91,8 @@ struct Head {
     sum: String,
 }
 
-/// A study: one method from many starts, with each outcome as a line in a file. An interrupted study continues where it stopped.
+/// A study runs one optimisation method from many starting points and stores each outcome as a line of a file. An interrupted study
+/// continues where it stopped.
 ///
 /// An incomplete last line is discarded and computed again. Outcomes do not depend on the number of threads or interruptions.
 ///
@@ -220,7 +221,8 @@ impl Study {
 
     /// Computes the unfinished starts; with the feature `rayon` on all cores, with one problem per thread.
     ///
-    /// A start that was stopped because a watcher asked to ([`Reason::Asked`], [`Error::Interrupted`]) and those that were not begun then stay missing.
+    /// Starts that a progress callback interrupted ([`Reason::Asked`], [`Error::Interrupted`]) and starts that had not yet begun remain
+    /// missing.
     ///
     /// # Errors
     /// A file that cannot be written. Errors of problems and methods are stored as results.

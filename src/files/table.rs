@@ -48,7 +48,7 @@ const NOT_SECONDS: [&str; 16] = [
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
-    /// The column names of the header with their units, without that of the time.
+    /// The column names of the header with their units, except the time column.
     pub names: Vec<String>,
     /// The times of the rows, s, increasing.
     pub times: Vec<f64>,
@@ -131,7 +131,7 @@ impl Table {
     /// The values of a column with the numbers of their nodes, without empty cells; a node may have several values.
     ///
     /// # Errors
-    /// A value at a time without a node of the grid, to a thousandth of a step.
+    /// A value whose time differs from those of all nodes of the grid by more than a thousandth of a step.
     ///
     /// # Panics
     /// If the column does not exist.

@@ -1,4 +1,4 @@
-//! Elements: terms of the mechanics on a few coordinates, each a plain formula written by the user.
+//! Elements: energies, forces, constraints and costs that depend on a few coordinates, each a plain formula written by the user.
 //!
 //! Together the elements of a scene give the augmented Lagrangian and the generalized forces,
 //!
@@ -8,10 +8,10 @@
 //!
 //! `N` is the number of coordinates of the element (not of the scene), `M` of its constraint equations, `K` of its control channels, `P` of
 //! its physical constants `b`. A constant is a number or bound to a design variable of the scene. Write every mass, length or stiffness as
-//! a `b`, so that each of them can become a design variable later.
+//! an entry of `b`, so that each of them can become a design variable later.
 //!
-//! The number types `S` are listed at [`Scalar`]. What a formula does not depend on, and what it is linear in, is detected when the scene
-//! is compiled; nothing needs to be declared.
+//! The number types `S` are listed at [`Scalar`]. When the scene is compiled, the library detects on which arguments a formula does not
+//! depend and in which it is linear; nothing needs to be declared.
 
 use nalgebra::SVector;
 
@@ -102,22 +102,23 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     /// Multipliers (impulses) of the chosen constraints, N s or N m s.
     pub sigma: SVector<S, M>,
     /// Reactions λ = dσ/dt of the chosen constraints, N or N m. The constraint forces are −Φ_qᵀλ, with M v̇ = Q + … − Φ_qᵀλ: a revolute
-    /// joint acts with −λ on its second body and with λ on its first. λ is a function of the state without σ, hence the same before and
-    /// after a restart. For dependent constraints λ is not unique: a cost on it has the value for one choice of λ, and its gradient is an
-    /// error.
+    /// joint acts with −λ on its second body and with λ on its first. λ depends on q, v, u and t, but not on σ, so it is the same before
+    /// and after a restart. For dependent constraints λ is not unique: a cost on λ then has the value for one possible λ, and computing its
+    /// gradient returns an error.
     pub lambda: SVector<S, M>,
     /// Controls.
     pub u: SVector<S, K>,
     /// Rates of the controls in a step, u̇ = (u_i − u_{i−1})/Δt_i. For [`Sum::Trapezoidal`] and [`Sum::Integral`] the cost is evaluated
-    /// with the rates of both adjacent steps, each weighted with its half; for [`Sum::Plain`] with the rate of the step that begins at the
-    /// node; for [`Sum::AllNodes`] and a single node with that of the step that ends there, if there is one. The gradient includes the resulting dependence on
-    /// neighbouring controls and step lengths.
+    /// twice, with the rates of the two adjacent steps, and each value has half of its step as its weight; for [`Sum::Plain`] with the rate
+    /// of the step that begins at the node; for [`Sum::AllNodes`] and a single node with that of the step that ends there, if there is one.
+    /// The gradient includes the resulting dependence on neighbouring controls and step lengths.
     pub u_dot: SVector<S, K>,
     /// Time, s.
     pub t: S,
 }
 
-/// A term of the cost on lists whose lengths are known at run time only, such as the energy of a chain of n links or a full quadratic form.
+/// A term of the cost that is a function of lists whose lengths are known only at run time, such as the energy of a chain of n links or a
+/// full quadratic form.
 ///
 /// ```
 /// use hamiltonian_adjoint::{ListCost, ListPoint, Scalar, Sum, scenes::CartPendulum};
@@ -176,7 +177,7 @@ pub struct ListPoint<'a, S> {
     note = "implement `ParameterFormula<N>` with N the number of parameters that are given"
 )]
 pub trait ParameterFormula<const N: usize> {
-    /// The value of the parameter from those of the others.
+    /// The value of the parameter, computed from the values of the other parameters.
     fn value<S: Scalar>(&self, x: &SVector<S, N>) -> S;
 }
 

@@ -76,7 +76,7 @@ macro_rules! handles {
         pub struct $name(pub(crate) Handle);
 
         impl $name {
-            /// Its index in the vectors and matrices of the compiled system.
+            /// The index of the quantity with this handle in the vectors and matrices of the compiled system.
             pub fn index(&self) -> usize {
                 self.0.index
             }

@@ -38,13 +38,13 @@ pub struct Param {
 enum Source {
     One,
     Design(Design),
-    /// A node of the scene's expressions.
+    /// A vertex of the graph of the scene's expressions.
     Expression(Expression),
     /// A component of the scene's gravity, which may be set after the bodies.
     Gravity(usize),
     /// An entry of the values of a compiled system's parameters.
     Value(usize),
-    /// Made of design variables of several scenes, or of one that was compiled before.
+    /// A combination of design variables of several scenes, or of a scene that has already been compiled.
     Foreign,
 }
 

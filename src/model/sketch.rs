@@ -68,11 +68,11 @@ pub(crate) enum Shape {
     Weld,
     Rod,
     Spring,
-    /// A force by a control, if it has one, or a prescribed distance.
+    /// A cylinder between a and b: a force given by the control if there is one, otherwise a prescribed distance.
     Cylinder {
         control: Option<Control>,
     },
-    /// A force on b along an axis of a, or a torque on b, by a control.
+    /// A force on the point b along an axis of the frame of a, given by a control.
     Force {
         axis: Param,
         control: Control,
@@ -80,7 +80,7 @@ pub(crate) enum Shape {
     Torque {
         control: Control,
     },
-    /// The half-plane through a with its outer normal.
+    /// The half-plane through the point a, given by its outer normal.
     Ground {
         normal: Param,
     },

@@ -18,18 +18,18 @@
 
 use crate::{Grid, memory};
 
-/// A symmetric composition of trapezoidal steps, named by its authors and its order.
+/// A symmetric composition of trapezoidal steps, named after its authors and its order.
 ///
 /// | | stages | order | nodes between the ends of the macro step | source |
 /// |---|---|---|---|---|
 /// | `Trapezoidal` | 1 | 2 | none | the rule itself |
-/// | `Suzuki4` | 5 | 4 | inside | M. Suzuki, Phys. Lett. A 146 (1990) 319; HLW II.4 |
+/// | `Suzuki4` | 5 | 4 | inside | M. Suzuki, Phys. Lett. A 146 (1990) 319; E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed. (HLW), II.4 |
 /// | `Yoshida6` | 7 | 6 | from −0.16 to 1.16 | H. Yoshida, Phys. Lett. A 150 (1990) 262, solution A; HLW V.3.2 |
 /// | `KahanLi6` | 9 | 6 | inside | W. Kahan, R.-C. Li, Math. Comp. 66 (1997) 1089; HLW V.3.2 |
 ///
-/// These orders need controls and other functions of time that are smooth over all nodes of a macro step. A control with kinks keeps the
-/// order if the kinks are at ends of macro steps and each macro step has the values of its own smooth piece, also at nodes outside the
-/// macro step.
+/// These orders need controls and other functions of time that are smooth over all nodes of a macro step. With a control that has kinks,
+/// the order is kept if the kinks are at ends of macro steps and all nodes of a macro step have the values of the smooth piece of that
+/// macro step, also those nodes whose times lie outside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Composition {
     /// One stage: the trapezoidal rule.
@@ -106,13 +106,14 @@ impl Composition {
 impl Grid {
     /// A grid of macro steps of equal length `dt`, s, from t = 0, each divided into the stages of a composition: s · `macro_steps` steps.
     ///
-    /// Node s·j is the end of macro step j, at t = j · `dt`; only there the motion has the order of the composition. The nodes between have
-    /// controls of their own, but their times are not monotone and may lie outside the macro step ([`Composition::stage_ends`]).
+    /// Node s·j is the end of macro step j, at t = j · `dt`; the motion has the order of the composition only at these nodes. The
+    /// intermediate nodes have controls of their own, but their times are not monotone and may lie outside the macro step
+    /// ([`Composition::stage_ends`]).
     ///
-    /// The gradient is exact for the composed scheme. dJ/du_i at a node between is the derivative with respect to the control at this
-    /// stage. It may have either sign and be large, with neighbours that cancel it, and does not approximate a density in time. If the
-    /// control is a function of a few parameters, u_i = u(t_i; x), then dJ/dx = Σ (du_i/dx)ᵀ dJ/du_i converges with the order of the
-    /// composition.
+    /// The gradient is exact for the composed scheme. dJ/du_i at an intermediate node is the derivative with respect to the control at this
+    /// stage. It may have either sign, may be large and nearly cancel with the values at neighbouring nodes, and does not approximate a
+    /// density in time. If the control is a function of a few parameters, u_i = u(t_i; x), then dJ/dx = Σ (du_i/dx)ᵀ dJ/du_i converges with
+    /// the order of the composition.
     ///
     /// Restarts ([`Settings`](crate::Settings)) take place at ends of macro steps only, and the motion keeps its order.
     ///

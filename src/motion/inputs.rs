@@ -32,9 +32,9 @@ pub enum Start<R = f64> {
         /// p*₀, N s or N m s.
         p_star: DVector<R>,
     },
-    /// A guess is given. The start has Φ(q₀, t₀; b) = 0 and dΦ/dt = 0, with the least change from the guess in the metric of the mass
-    /// matrix and with some coordinates held; p*₀ and σ₀ follow as for [`Velocity`](Self::Velocity). The start depends on design variables,
-    /// and the gradient includes this dependence.
+    /// A guess is given. The start satisfies Φ(q₀, t₀; b) = 0 and dΦ/dt = 0. It is the one nearest to the guess in the metric of the mass
+    /// matrix for which the coordinates to be held keep their values; p*₀ and σ₀ follow as for [`Velocity`](Self::Velocity). The start
+    /// depends on design variables, and the gradient includes this dependence.
     Assembled {
         /// The guess for q₀, m or rad.
         q: DVector<R>,
@@ -70,7 +70,7 @@ impl<R: Real> Start<R> {
         }
     }
 
-    /// Sets one coordinate. The start does not know its scene: a handle of another scene sets the coordinate with the same number.
+    /// Sets one coordinate. The start is not linked to a scene, so a handle of another scene sets the coordinate with the same number.
     ///
     /// # Panics
     /// If the system has no such coordinate.
@@ -185,7 +185,7 @@ impl Inputs {
         }
     }
 
-    /// Sets a control at all nodes to a function of time, u(t). The inputs do not know their scene: a handle of another scene sets the
+    /// Sets a control at all nodes to a function of time, u(t). The inputs are not linked to a scene, so a handle of another scene sets the
     /// control with the same number.
     ///
     /// # Panics
@@ -201,7 +201,7 @@ impl Inputs {
         }
     }
 
-    /// A direction of zeros in the space of the inputs, for derivatives along a direction.
+    /// A zero direction in the space of the inputs. Set its nonzero entries, and use it for derivatives along a direction.
     pub fn no_change(&self) -> Inputs {
         let grid = Grid { start: 0.0, steps: vec![0.0; self.grid.steps.len()], ..self.grid };
         let (start, controls) = (self.start.map(|_| 0.0), self.controls.map(|_| 0.0));

@@ -25,15 +25,16 @@ pub struct Report {
     pub reused_factors: usize,
     /// Number of adjoint solves with iterative refinement: one in 128, and all if these show lost digits (adjoint sweep only).
     pub refined_solutions: usize,
-    /// Number of evaluations of single elements that are neither constant nor sums of sines.
+    /// Number of element evaluations, each element counted separately; elements that are constant or sums of sines are not counted.
     pub element_evaluations: usize,
-    /// Number of evaluations of second derivatives of such elements, at assemblies of K and at each solution.
+    /// Number of evaluations of second derivatives of the elements counted in `element_evaluations`, whenever K is assembled and at each
+    /// solution.
     pub second_derivatives: usize,
     /// Number of evaluations of sine and cosine of a coordinate for sinusoidal constraints.
     pub sine_evaluations: usize,
-    /// Number of evaluated derivatives of single elements with respect to one control, design variable or time.
+    /// Number of derivative evaluations with respect to one control, one design variable or time, each element counted separately.
     pub input_evaluations: usize,
-    /// Number of evaluations of single elements that check whether steps resolve them (adjoint sweep only).
+    /// Number of element evaluations for the check whether the steps resolve the elements (adjoint sweep only).
     pub chord_evaluations: usize,
     /// Number of evaluations of single costs with their derivatives.
     pub cost_evaluations: usize,

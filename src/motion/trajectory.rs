@@ -41,12 +41,12 @@ pub struct Trajectory<R = f64> {
 /// Equations and their μ.
 pub(crate) type Compliances = [(usize, f64)];
 
-/// Compliances of dependent constraints from a node on.
+/// Compliances of dependent constraints that apply from a node onwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compliance {
     /// The node from which they hold: the start or a restart.
     pub from: usize,
-    /// Equations and their μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s); a large μ leaves an equation out.
+    /// Equations and their μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s); a large μ means that the equation is left out.
     pub equations: Vec<(usize, f64)>,
 }
 

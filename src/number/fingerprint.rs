@@ -19,10 +19,10 @@ pub struct Fingerprint(u64);
 const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
 
 impl Fingerprint {
-    /// Of an empty list.
+    /// The fingerprint of an empty list.
     pub const NONE: Fingerprint = Fingerprint(0);
 
-    /// Input number `index`.
+    /// The fingerprint of the input with number `index`.
     pub fn input(index: usize) -> Self {
         Fingerprint(0x517c_c1b7_2722_0a95).then(index as u64)
     }
@@ -32,7 +32,7 @@ impl Fingerprint {
         *self = self.then(other.0);
     }
 
-    /// The hash value, and whether a formula asked for a number.
+    /// The hash value, which also depends on whether the formula read the value of a number (`looked`).
     pub fn value(self, looked: bool) -> u64 {
         self.then(u64::from(looked)).0
     }

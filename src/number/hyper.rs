@@ -3,11 +3,12 @@
 use nalgebra::SVector;
 use num_dual::{Derivative, DualSVec, DualSVec64};
 
-/// A number with one derivative, or without: num-dual's `Dual64` cannot tell a derivative that vanishes from none, and the root of a constant
-/// zero has a derivative that is zero, while that of a number that vanishes has not.
+/// A number with one derivative or with none. num-dual's `Dual64` cannot distinguish a zero derivative from an absent one, but the
+/// difference matters: the square root of a constant zero has the derivative zero, while the square root of a variable that happens to be
+/// zero has no finite derivative.
 pub type Slope = DualSVec64<1>;
 
-/// A number with a derivative; one that vanishes counts as none.
+/// A number with a derivative; a zero derivative counts as absent.
 pub fn with_slope(re: f64, slope: f64) -> Slope {
     Slope::new(re, if slope == 0.0 { Derivative::none() } else { Derivative::some(SVector::from([slope])) })
 }
@@ -18,7 +19,8 @@ pub fn slope(x: &Slope) -> f64 {
     x.eps.0.map_or(0.0, |eps| eps[0])
 }
 
-/// A hyper-dual number: a value, the derivatives along two directions and the mixed second derivative (ε₁ inside, ε₂ outside).
+/// A hyper-dual number: a value, the derivatives along two directions and the mixed second derivative (ε₁ belongs to the inner dual number,
+/// ε₂ to the outer).
 ///
 /// Create one with `Hyper::from(x)` and [`Real::add_to_part`](crate::Real::add_to_part), and read it with
 /// [`Real::part`](crate::Real::part):
@@ -34,7 +36,7 @@ pub fn slope(x: &Slope) -> f64 {
 /// ```
 pub type Hyper = DualSVec<Slope, 1>;
 
-/// A hyper-dual number by its parts; what vanishes counts as none.
+/// A hyper-dual number from its parts; zero derivatives count as absent.
 pub fn hyper(re: f64, eps1: f64, eps2: f64, eps1eps2: f64) -> Hyper {
     let is_none = eps2 == 0.0 && eps1eps2 == 0.0;
     let eps = if is_none { Derivative::none() } else { Derivative::some(SVector::from([with_slope(eps2, eps1eps2)])) };

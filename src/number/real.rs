@@ -4,7 +4,7 @@ use num_dual::{Dual64, DualNum};
 
 use super::{Cx, Hyper, Scalar, hyper, hyper_parts};
 
-/// One thing for each type of [`Real`] numbers.
+/// A family of values with one member for each [`Real`] number type.
 #[doc(hidden)]
 pub trait Family {
     type Of<R: Real>;
@@ -14,11 +14,12 @@ pub trait Family {
     fn hyper(self) -> Self::Of<Hyper>;
 }
 
-/// A number type on which a whole simulation can run: `f64`, [`Cx`] (complex step), `Dual64` (tangent), or [`Hyper`] (two tangents and the
-/// mixed second derivative).
+/// A number type with which a whole simulation can be computed: `f64`, [`Cx`] (complex step), `Dual64` (tangent), or [`Hyper`] (two
+/// tangents and the mixed second derivative).
 ///
 /// It can be nested in num-dual's types, since the residual of a step contains derivatives itself. The matrix of Newton's method is always
-/// real: its factors serve every part, because the matrix determines how fast the iteration converges, not its limit.
+/// real. The same factors are used for the real part and all derivative parts, because the matrix determines only how fast the iteration
+/// converges, not its limit.
 pub trait Real: DualNum<Primitive = f64> + Copy + Scalar + Send + Sync {
     /// Number of real numbers it consists of.
     const PARTS: usize;

@@ -43,7 +43,7 @@ impl<T, Rhs> Arithmetic<Rhs> for T where
 /// | `f64` | values |
 /// | num-dual's dual numbers (`DualSVec64<N>`, `Dual2SVec<…>`, …) | Jacobian blocks |
 /// | [`Cx`](crate::Cx), alone or inside a dual number | complex step |
-/// | a recording number | the programs that a scene is compiled to |
+/// | a number type that records the operations | the programs to which a scene is compiled |
 ///
 /// Scale a vector by a number of its own type: `vector * S::from(0.3)`.
 ///

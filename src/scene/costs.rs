@@ -82,7 +82,7 @@ impl Scene {
         self.add_cost((name, 0), (Fixed(cost), sum), (&q, &sigma, &u), &b);
     }
 
-    /// Adds an output: a scalar result of the motion in addition to J, the sum of its terms ([`term`](Self::term)).
+    /// Adds an output, a scalar result of the motion in addition to J. Its value is the sum of its terms ([`term`](Self::term)).
     pub fn output(&mut self, name: &str) -> Output {
         let output = self.parts.outputs.len();
         self.recipe.note_output(name, output);
@@ -91,7 +91,7 @@ impl Scene {
     }
 
     /// Adds a term to an output, as [`cost`](Self::cost) adds one to J. The residual of a reading is a term with [`Sum::Terminal`] or
-    /// [`Sum::Node`]; for a maximum use a soft one, (∫ |h|ᵖ dt)^(1/p).
+    /// [`Sum::Node`]; approximate a maximum smoothly by the p-norm (∫ |h|ᵖ dt)^(1/p).
     ///
     /// ```
     /// use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, planar::Body};
@@ -159,8 +159,8 @@ impl Scene {
         });
     }
 
-    /// Adds outputs for the value and the rate of a coordinate at the end of the motion. Optimisers constrain them only after
-    /// [`MotionProblem::constrain`](crate::optimize::MotionProblem::constrain).
+    /// Adds outputs for the value and the rate of a coordinate at the end of the motion. They become constraints of an optimisation problem
+    /// only if you call [`MotionProblem::constrain`](crate::optimize::MotionProblem::constrain).
     pub fn end_state(&mut self, coordinate: Coordinate) -> EndState {
         let of = self.parts.coordinates.get(coordinate.index()).cloned().unwrap_or_else(|| "?".into());
         self.ready_cost(&of, ReadyCost::EndState { coordinate }, |scene| {
@@ -173,8 +173,8 @@ impl Scene {
         })
     }
 
-    /// Adds the residual of a reading as an output: w (q_i − q̃) with the reading q̃ of a coordinate at node i and the weight w, such as
-    /// its inverse standard deviation.
+    /// Adds the residual of a reading as an output: w (q_i − q̃) with the measured value (reading) q̃ of a coordinate at node i and the
+    /// weight w, such as the inverse standard deviation of the reading.
     pub fn reading(&mut self, name: &str, coordinate: Coordinate, node: usize, value: f64, weight: f64) -> Output {
         self.ready_cost(name, ReadyCost::Reading { coordinate, node, value, weight }, |scene| {
             let output = scene.output(name);

@@ -121,7 +121,8 @@ impl Scene {
         Design(self.tag.handle(self.parts.designs.len() - 1))
     }
 
-    /// A parameter computed from others by a user-defined formula; operators and functions of [`Param`] suffice in most cases.
+    /// Adds a parameter computed from other parameters by a user-defined formula. In most cases the operators and functions of [`Param`]
+    /// suffice instead.
     ///
     /// A formula that branches on a value or panics is an error when the scene is compiled.
     ///
@@ -236,8 +237,8 @@ impl Scene {
         self.compiled(false)
     }
 
-    /// Compiles the scene without programs: num-dual differentiates every element at every point. Slower, with the same gradient to
-    /// rounding.
+    /// Compiles the scene without programs: num-dual differentiates every element at every point. This is slower, but gives the same
+    /// gradient up to rounding.
     ///
     /// # Errors
     /// As [`compile`](Self::compile).

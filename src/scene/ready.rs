@@ -10,7 +10,7 @@ use crate::{Multiplier, Output, Scene};
 pub(crate) enum Added {
     Control,
     Design(f64),
-    /// The bare names of a group of coordinates.
+    /// The names of the coordinates of a group, without the name of the group.
     Coordinates(Vec<String>),
     /// The initial value of a coordinate.
     Place(Coordinate, f64),

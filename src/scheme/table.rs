@@ -21,13 +21,14 @@ use crate::Error;
 /// | [`ESDIRK4`](Self::ESDIRK4) | 5 | 4 | L-stable |
 /// | [`ESDIRK5`](Self::ESDIRK5) | 7 | 5 | L-stable |
 ///
-/// An L-stable method damps components that decay much faster than a step within one step, while the trapezoidal rule lets them oscillate
-/// undamped. It also removes energy from fast vibrations. Use the trapezoidal rule, or a [`Composition`](crate::Composition) of it, for
-/// long conservative motions.
+/// An L-stable method damps components whose decay time is much shorter than a step, and does so within one step; with the trapezoidal rule
+/// they oscillate undamped. It also removes energy from fast vibrations. Use the trapezoidal rule, or a [`Composition`](crate::Composition)
+/// of it, for long conservative motions.
 ///
 /// Controls are linear between nodes. [`Sum::Integral`](crate::Sum::Integral) sums a running cost with the order of the method.
 ///
-/// You can define your own table; it is validated before a motion is computed, including the quadrature conditions of both orders.
+/// You can define a scheme by its own Butcher tableau. It is validated before a motion is computed, including the quadrature conditions for
+/// the order of the method and for that of the embedded method.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Scheme, Settings, gradient, scenes::CartPendulum};
@@ -76,7 +77,7 @@ impl Scheme {
         self.rows[s - 1][j]
     }
 
-    /// The abscissae c_s of the stages: 0 at the beginning of the step, 1 at its end.
+    /// The abscissa c_s of stage `s`: 0 at the beginning of the step, 1 at its end.
     pub fn c(&self, s: usize) -> f64 {
         match s {
             0 => 0.0,

@@ -14,7 +14,7 @@ impl Scheme {
     pub const TRAPEZOIDAL: Scheme =
         Scheme { name: "trapezoidal rule", order: 2, rows: &[&[0.5, 0.5]], embedded: &[], embedded_order: 0 };
 
-    /// TR-BDF2: a trapezoidal stage followed by a backward differentiation, γ = 2 − √2.
+    /// TR-BDF2: a stage of the trapezoidal rule followed by one of the second-order backward differentiation formula, γ = 2 − √2.
     pub const TR_BDF2: Scheme = {
         const D: f64 = 1.0 - FRAC_1_SQRT_2;
         const W: f64 = 0.25 * SQRT_2;

@@ -51,7 +51,8 @@ impl<'s> Mechanics<'s> {
         Ok(here)
     }
 
-    /// The mechanics at the start of a motion. A guess is assembled first; given momenta determine the velocities.
+    /// The mechanics at the start of a motion. If the start is a guess, it is assembled first; if momenta are given, the velocities are
+    /// computed from them.
     ///
     /// # Errors
     /// As [`Solver::simulate`](crate::Solver::simulate).

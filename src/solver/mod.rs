@@ -27,7 +27,8 @@ use crate::motion::{Progress, Report, Watch};
 use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings, System, Trajectory};
 
-/// A solver of one system for many inputs. After the first call with a grid of a given length, steps allocate nothing.
+/// A solver of one system for many inputs. After the first call with a grid of some length, further calls with grids of this length
+/// allocate no memory in the steps.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes};
@@ -100,13 +101,15 @@ impl<'s> Solver<'s> {
     }
 
     /// The same inputs on an adaptive grid, on which the estimated error of every step is below the tolerance, in m or rad, or relative to
-    /// coordinates and velocities larger than 1. An error of a velocity counts by the distance that it moves its coordinate in the step.
+    /// coordinates and velocities larger than 1. An error of a velocity is measured by the change of the corresponding coordinate that it
+    /// causes in the step.
     ///
     /// The given grid determines beginning and end of the motion and the kinks of controls; these nodes remain, and controls are the same
-    /// functions of time. Schemes of even order need two motions: the first determines steps by their errors alone, the second uses steps
-    /// between these and equal ones, on which errors cancel better. The new grid is ordinary data, and the gradient on it is exact. A cost
-    /// summed over nodes ([`Sum::Plain`](crate::Sum::Plain), [`Sum::AllNodes`](crate::Sum::AllNodes)) has another meaning on it; use [`Sum::Integral`](crate::Sum::Integral) for
-    /// integrals. Derivatives with respect to step lengths refer to the new steps.
+    /// functions of time. Schemes of even order need two simulations. The first determines step lengths from the error estimates alone. The
+    /// second uses a compromise between these lengths and equal ones, because errors cancel better with equal steps. The new grid is
+    /// ordinary data, and the gradient on it is exact. A cost summed over nodes ([`Sum::Plain`](crate::Sum::Plain),
+    /// [`Sum::AllNodes`](crate::Sum::AllNodes)) has another meaning on it; use [`Sum::Integral`](crate::Sum::Integral) for integrals.
+    /// Derivatives with respect to step lengths refer to the new steps.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Scheme, Settings, Solver, scenes::CartPendulum};
@@ -125,15 +128,15 @@ impl<'s> Solver<'s> {
     ///
     /// # Errors
     /// As [`simulate`](Self::simulate); a tolerance that is not positive, that no step satisfies, or that is below the rounding error of
-    /// coordinates; steps of both signs, or a composed grid; a cost at a single node ([`Sum::Node`](crate::Sum::Node)), which has no place
-    /// on another grid.
+    /// coordinates; steps of both signs, or a composed grid; a cost at a single node ([`Sum::Node`](crate::Sum::Node)), which cannot be
+    /// transferred to another grid.
     pub fn adapt(&mut self, inputs: &Inputs, tolerance: f64) -> Result<Inputs, Error> {
         self.drop_motion();
         self.forward.adapt(self.system, inputs, &self.settings, tolerance)
     }
 
-    /// The same inputs with the consistent start assembled from a guess ([`Start::Assembled`](crate::Start::Assembled)), without a motion.
-    /// Other starts are unchanged.
+    /// The same inputs with the consistent start assembled from a guess ([`Start::Assembled`](crate::Start::Assembled)). No motion is
+    /// computed. Other starts are unchanged.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Solver, Start, planar::Body};
@@ -273,7 +276,8 @@ impl<'s> Solver<'s> {
         self.weighted_gradient(0.0, weights)
     }
 
-    /// The gradient of w₀ J + Σ w_k r_k over the outputs r, by one backward sweep: that of a Lagrangian.
+    /// The gradient of w₀ J + Σ w_k r_k over the outputs r, by one backward sweep, for example the gradient of the Lagrangian of an
+    /// optimisation problem.
     ///
     /// # Errors
     /// As [`pull_back`](Self::pull_back).
@@ -285,7 +289,8 @@ impl<'s> Solver<'s> {
     /// Exact derivative of all outputs along a direction of the inputs, ∂r · d: one forward sweep for any number of outputs.
     ///
     /// # Errors
-    /// As [`hessian_product`](Self::hessian_product), except that costs on accelerations and reactions do not need programs.
+    /// As [`hessian_product`](Self::hessian_product), except that costs on accelerations and reactions are possible also if formulas have
+    /// no programs ([`System::without_programs`](crate::System::without_programs)).
     pub fn push_forward(&mut self, direction: &Inputs) -> Result<DVector<f64>, Error> {
         let Solver { system, settings, forward, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
@@ -293,8 +298,8 @@ impl<'s> Solver<'s> {
     }
 
     /// Exact product of the Hessian with a direction of the inputs ([`Inputs::no_change`]), at about the cost of a gradient. The Hessian is
-    /// that of the function differentiated last by [`gradient`](Self::gradient) or [`weighted_gradient`](Self::weighted_gradient), or of J.
-    /// The value of the result is the derivative along the direction.
+    /// that of the function differentiated last by [`gradient`](Self::gradient) or [`weighted_gradient`](Self::weighted_gradient); if there
+    /// was none, it is that of J. The field `value` of the result is the derivative of this function along the direction.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes::CartPendulum};

@@ -11,14 +11,14 @@ impl System {
     ///
     /// which is
     ///
-    /// | mechanism | bytes a node |
+    /// | mechanism | bytes per node |
     /// |---|---|
     /// | cart with k links | 152 k + 120 |
     /// | ladder of l closed loops, each of three bars | 472 l + 8 |
     ///
-    /// and grows with the number of bodies. Restarts, including those that change the choice of redundant constraints, need up to 16 (3 n +
-    /// 3 m + 3 B + 5) more, stored adjoint variables 8 (10 n + 3 m). Inputs and gradient are not included. A scheme of S stages needs S
-    /// times as much.
+    /// The memory per node grows with the number of bodies. Restarts, including those that change which redundant constraints are left out,
+    /// need up to 16 (3 n + 3 m + 3 B + 5) bytes more, and stored adjoint variables need 8 (10 n + 3 m) bytes more. Inputs and gradient are
+    /// not included. A scheme of S stages needs S times as much.
     pub fn bytes_per_node(&self, settings: &Settings) -> usize {
         let (n, m, blocks) = (self.n(), self.m(), self.block_len());
         // Their lists grow as they are filled, to twice what they hold.

@@ -217,8 +217,9 @@ impl System {
         param.belongs_to(self.scene)
     }
 
-    /// Size s and width r of each node of the elimination, in its order: s unknowns that are coupled with r later ones and need s (s + r)²
-    /// multiplications per factorisation. All other unknowns are condensed once per step length.
+    /// Size s and width r of each node of the elimination tree, in the order of elimination. Such a node consists of s unknowns that are
+    /// coupled with r unknowns eliminated later, and needs s (s + r)² multiplications per factorisation. All other unknowns are condensed,
+    /// that is, eliminated in advance, once per step length.
     pub fn elimination(&self) -> Vec<[usize; 2]> {
         self.symbolic.nodes().map(|(size, width)| [size, width]).collect()
     }

@@ -55,7 +55,7 @@ impl System {
         &self.names.coordinates[i]
     }
 
-    /// The name of a constraint equation: the name of its constraint and its number in it.
+    /// The name of a constraint equation: the name of the constraint and the number of the equation within the constraint.
     ///
     /// # Panics
     /// If `j` is not less than [`m`](Self::m).

@@ -115,7 +115,7 @@ fn a_solution_of_another_motion_is_told_from_none() {
     let error = solver.simulate(&inputs).expect_err("a step too long").clone();
     let Error::Newton { step: 2, jump: Some(jump), .. } = error else { panic!("{error:?}") };
     assert!(jump > 10.0, "{error:?}");
-    assert_says(&error, &["no solution of step 2 continues the motion", "times their size", "shorter steps"]);
+    assert_says(&error, &["no solution of step 2 continues the motion", "times the size", "shorter steps"]);
 }
 
 /// The same without a control.

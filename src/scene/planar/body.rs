@@ -33,7 +33,7 @@ impl From<Particle> for Frame {
 }
 
 impl Particle {
-    /// The point at which the particle is.
+    /// The point at the position of the particle.
     pub fn point(self) -> Point {
         Frame::from(self).at(0.0, 0.0)
     }

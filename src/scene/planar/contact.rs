@@ -24,7 +24,8 @@ impl PotentialEnergy<6, 7> for Bushing {
     }
 }
 
-/// The damping of a bushing: viscous forces against the rates of d_x, d_y and φ_b − φ_a; b = [s_a, s_b, d_x, d_y, d_φ].
+/// The damping of a bushing: viscous forces that oppose the rates of the displacements d_x and d_y (see [`Bushing`]) and of φ_b − φ_a; `b`
+/// = [s_a, s_b, damping constants along x, along y and of rotation].
 #[derive(Clone, Copy, Debug)]
 pub struct BushingDamper;
 
@@ -39,7 +40,8 @@ impl Force<6, 0, 7> for BushingDamper {
     }
 }
 
-/// Regularised dry friction in a hinge: the torque −M tanh((φ̇_b − φ̇_a)/ω_s) on b and its reaction on a; b = [M, ω_s].
+/// Regularised dry friction in a hinge: the torque −M tanh((φ̇_b − φ̇_a)/ω_s) on body b and its reaction on body a, with the parameters `b`
+/// = [M, ω_s].
 #[derive(Clone, Copy, Debug)]
 pub struct CoulombFriction;
 
@@ -49,8 +51,8 @@ impl Force<6, 0, 2> for CoulombFriction {
     }
 }
 
-/// Regularised dry friction along an axis of a: the force −F tanh(ds/dt/v_s), with the position s of b's point on the axis; b = [s_a, s_b,
-/// axis angle, F, v_s].
+/// Regularised dry friction along an axis of a: the force −F tanh(ṡ/v_s), with the position s of body b's point on the axis and the
+/// parameters `b` = [s_a, s_b, axis angle, F, v_s].
 #[derive(Clone, Copy, Debug)]
 pub struct CoulombSliding;
 
@@ -61,9 +63,10 @@ impl Force<6, 0, 7> for CoulombSliding {
     }
 }
 
-/// Contact of the point of b with a half-plane whose edge contains the point of a: with the depth δ = −n · d, the normal force N = k max(δ,
-/// 0)^(3/2) max(1 + c dδ/dt, 0) along the normal n of a, and the friction force −μ N tanh(v_t/v_s) across it; b = [s_a, s_b, normal angle
-/// in a, k, c, μ, v_s].
+/// Contact of the point of body b with a half-plane of body a whose edge contains the point of a. Let n be the outer normal, d the vector
+/// from the point of a to that of b, δ = −n · d the depth, and v_t the tangential velocity. The normal force along n is N = k max(δ,
+/// 0)^(3/2) max(1 + c dδ/dt, 0), and the friction force perpendicular to n is −μ N tanh(v_t/v_s). The parameters are `b` = [s_a, s_b,
+/// normal angle in a, k, c, μ, v_s].
 #[derive(Clone, Copy, Debug)]
 pub struct Contact;
 
@@ -139,8 +142,8 @@ impl Scene {
 
     /// Adds dry friction in a hinge, regularised: a torque of at most `torque` (N m), reached at a few times `speed` (rad/s).
     ///
-    /// There is no sticking: under a torque M₁ < M the joint creeps at the speed ω_s artanh(M₁/M). A small `speed` is a stiff damper M/ω_s
-    /// near rest; use an L-stable scheme.
+    /// There is no sticking: with M = `torque` and ω_s = `speed`, the joint creeps under a torque M₁ < M at the speed ω_s artanh(M₁/M).
+    /// Near rest the friction acts as a damper with the constant M/ω_s; for a small `speed` it is stiff and needs an L-stable scheme.
     pub fn coulomb_friction(
         &mut self,
         name: &str,
@@ -171,7 +174,7 @@ impl Scene {
     ///
     /// `law` = [k in N/m^(3/2), c in s/m, μ, v_s in m/s]: Hertz' stiffness, Hunt and Crossley's damping, friction and the speed at which it
     /// is reached. The force is only as smooth as δ^(3/2). Steps must resolve the duration of a contact; otherwise the gradient is that of
-    /// a motion that jumps over it ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement)). There is no sticking.
+    /// a motion that misses the contact ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement)). There is no sticking.
     pub fn contact(&mut self, name: &str, a: Point, normal: impl Into<Param>, b: Point, law: [Param; 4]) {
         self.ready_between(name, &CONTACT, [a, b], [normal.into(), law[0], law[1], law[2], law[3]]);
     }

@@ -12,7 +12,7 @@ use crate::model::{Frame, Owner, Point, Shape};
 use crate::scene::ready::Kind;
 use crate::{Constraint, Control, Error, Force, Multiplier, Param, Scalar, Scene};
 
-/// Largest number of parameters of a motion in elements with points.
+/// Largest number of parameters of a prescribed function f(t) in elements that are attached at points.
 pub const MOST_PARAMETERS: usize = 8;
 
 /// The parameters of a motion behind the first ones of an element.

@@ -36,7 +36,8 @@ impl PotentialEnergy<6, 5> for ZeroLengthSpring {
     }
 }
 
-/// A viscous damper between two points: F = −d d|d|/dt along the line between them; b = [s_a, s_b, d].
+/// A viscous damper between two points: F = −η d|d|/dt along the line between them, with the vector d from one point to the other and the
+/// damping constant η; `b` = [s_a, s_b, η].
 #[derive(Clone, Copy, Debug)]
 pub struct Damper;
 
@@ -60,7 +61,7 @@ impl PotentialEnergy<6, 2> for TorsionalSpring {
     }
 }
 
-/// Viscous friction in a hinge: the torque −d (φ̇_b − φ̇_a) on b and its reaction on a; `b = [d]`.
+/// Viscous friction in a hinge: the torque −d (φ̇_b − φ̇_a) on body b and its reaction on body a, with the parameter `b = [d]`.
 #[derive(Clone, Copy, Debug)]
 pub struct JointFriction;
 
@@ -70,7 +71,8 @@ impl Force<6, 0, 1> for JointFriction {
     }
 }
 
-/// Viscous friction along an axis of a: the force −d ds/dt, with the position s of b's point on the axis; b = [s_a, s_b, axis angle, d].
+/// Viscous friction along an axis of a: the force −d ds/dt, with the position s of body b's point on the axis and the parameters `b` =
+/// [s_a, s_b, axis angle, d].
 #[derive(Clone, Copy, Debug)]
 pub struct SlidingFriction;
 
@@ -82,7 +84,7 @@ impl Force<6, 0, 6> for SlidingFriction {
     }
 }
 
-/// The force u along an axis of a on b's point, and its reaction on a; b = [s_a, s_b, axis angle].
+/// The force u along an axis of body a on the point of body b, and its reaction on a; the parameters are `b` = [s_a, s_b, axis angle].
 #[derive(Clone, Copy, Debug)]
 pub struct Actuator;
 
@@ -167,8 +169,8 @@ pub(super) static TORQUE_ACTUATOR: Kind = Kind::of_frames("torque actuator", &[]
 impl Scene {
     /// Adds a spring and a damper between two points: stiffness (N/m), free length (m), damping (N s/m).
     ///
-    /// The points must not coincide, because the direction of the force would be undefined. They may if free length and damping are the
-    /// constant 0.
+    /// The points must not coincide, because the direction of the force would be undefined. They may coincide if the free length and the
+    /// damping are the constant 0.
     pub fn spring_damper(
         &mut self,
         name: &str,

@@ -41,7 +41,8 @@ pub trait Curve<const P: usize>: Send + Sync + 'static {
     fn value<S: Scalar>(&self, x: S, y: S, b: &SVector<S, P>) -> S;
 }
 
-/// A point of b on a curve of a: Φ = F(R_aᵀ d), d from the point of a to that of b; b = [s_a, s_b, parameters of F, zeros].
+/// A point of body b on a curve of body a: Φ = F(R_aᵀ d), with the vector d from the point of a to that of b and the parameters `b` = [s_a,
+/// s_b, parameters of F, zeros].
 #[derive(Clone, Copy, Debug)]
 pub struct PointOnCurve<F, const P: usize>(pub F);
 
@@ -79,7 +80,7 @@ pub(super) static RACK: Kind = Kind::of_frames("rack", &["axis", "radius"], |sce
 
 impl Scene {
     /// Adds a pair of wheels with radii (m) that roll on each other, starting from their initial angles and turning in opposite directions.
-    /// A negative radius is that of a ring around the other wheel. The axles must be fixed: revolute joints to the ground.
+    /// A negative radius is that of a ring around the other wheel. The axles must be fixed, with revolute joints to the ground.
     pub fn gear(
         &mut self,
         name: &str,

@@ -62,7 +62,8 @@ impl<S: Scalar> Link<S> {
         Link { arm_a, arm_b, between }
     }
 
-    /// The time derivative of `between`, m/s, written with differences so that equal differences are computed once.
+    /// The time derivative of `between`, m/s. It is written in terms of coordinate differences, so that a difference that occurs several
+    /// times is computed once.
     pub fn velocity(&self, v: &SVector<S, 6>) -> SVector<S, 2> {
         SVector::from([v[3] - v[0], v[4] - v[1]]) + turned(&self.arm_b) * v[5] - turned(&self.arm_a) * v[2]
     }
@@ -81,7 +82,7 @@ impl<S: Scalar> Link<S> {
         gradient
     }
 
-    /// The unit vector from one point to the other.
+    /// The unit vector from the point of body a to the point of body b.
     pub fn direction(&self) -> SVector<S, 2> {
         self.between / self.between.dot(&self.between).sqrt()
     }

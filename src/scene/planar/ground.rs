@@ -33,9 +33,9 @@ impl Pair {
 /// What may be at the ends of an element.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Ends {
-    /// Bodies or the ground: it depends on angles.
+    /// Bodies or the ground, because the element depends on angles.
     Bodies,
-    /// Particles too.
+    /// Bodies, the ground or particles.
     Points,
 }
 

@@ -20,7 +20,8 @@ impl Constraint<6, 2, 4> for Revolute {
     }
 }
 
-/// A slider: the point of b stays on a line of a, and b does not rotate relative to a; b = [s_a, s_b, axis angle in a, φ_b − φ_a].
+/// A slider: the point of body b stays on a line of body a, and b does not rotate relative to a; the parameters are `b` = [s_a, s_b, axis
+/// angle in a, φ_b − φ_a].
 #[derive(Clone, Copy, Debug)]
 pub struct Prismatic;
 

@@ -21,7 +21,7 @@ use crate::scheme::known_part;
 use crate::system::{Given, NodeView, Pair, Sums};
 use crate::{Error, Inputs, Report, Settings, Solver, Start, System, Trajectory, memory};
 
-/// A solver on numbers of type R (dual or complex), for many motions with the same real part.
+/// A solver that computes with numbers of type R (dual or complex), for many motions with the same real part.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Cx, Grid, Inputs, LiftedSolver, Settings, scenes::CartPendulum};
@@ -162,7 +162,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
 
     /// Largest remaining correction of a step in the last motion, relative to the unknowns: the accuracy of derivatives.
     ///
-    /// It is about 1e-14, and larger only if tangent matrices are nearly singular, springs are very stiff, or nothing moves.
+    /// It is about 1e-14. It is larger only if tangent matrices are nearly singular, if springs are very stiff, or if the mechanism is at
+    /// rest.
     pub fn rounding(&self) -> f64 {
         self.lifted.rounding
     }

@@ -109,8 +109,8 @@ impl<'s> LongSolver<'s> {
     /// J and its derivatives with respect to all inputs, equal to those of a [`Solver`](crate::Solver).
     ///
     /// # Errors
-    /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient), or too little memory, which
-    /// halved steps may reveal only during the motion.
+    /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient), or too little memory. If steps
+    /// are halved, the lack of memory may be detected only during the motion.
     pub fn gradient(&mut self, inputs: &Inputs) -> Result<&Gradient, Error> {
         self.differentiate(inputs, 1, |_, _| ())?;
         Ok(&self.sweeps[0].gradient)
