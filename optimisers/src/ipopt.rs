@@ -373,7 +373,7 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         asked.history.push(Iterate { value: found, violation, stationarity: 0.0, step: 0.0, evaluations });
     }
     let reason = match status {
-        _ if asked.is_stopped => Reason::Asked,
+        _ if asked.is_stopped => Reason::Interrupted,
         INVALID_NUMBER => asked.without_derivative()?,
         // Nothing is wrong with constraints that hold.
         2 | -2 if violation <= options.violation => Reason::NoLowerValue,
@@ -410,7 +410,7 @@ fn reason(status: c_int) -> Result<Reason, Failure> {
         2 | -2 => Ok(Reason::Infeasible),
         1 | 3 | 6 | -3 => Ok(Reason::NoLowerValue),
         4 => Ok(Reason::Unbounded),
-        5 => Ok(Reason::Asked),
+        5 => Ok(Reason::Interrupted),
         -1 | -4 => Ok(Reason::Iterations),
         _ => Err(Failure::Refused(status)),
     }

@@ -353,7 +353,7 @@ fn whoever_stops_a_simulation_stops_ipopt_and_argmin() {
             let mut valley = Valley::new(vec![Interval::FREE; 2], vec![Interval::at_most(0.5)]);
             valley.left[0] = left;
             let found = valley.solve(&Options::default(), hessian).expect("the best so far");
-            assert_eq!(found.reason, Reason::Asked, "{found:?}");
+            assert_eq!(found.reason, Reason::Interrupted, "{found:?}");
             assert!(found.value <= 24.2 && found.constraints[0] == found.x[0] && found.evaluations <= left + 2, "{found:?}");
             assert!(matches!(found.first_failure, Some(Error::Interrupted { .. })), "{found:?}");
         }

@@ -221,7 +221,7 @@ impl Study {
 
     /// Computes the unfinished starts; with the feature `rayon` on all cores, with one problem per thread.
     ///
-    /// Starts that a progress callback interrupted ([`Reason::Asked`], [`Error::Interrupted`]) and starts that had not yet begun remain
+    /// Starts that a progress callback interrupted ([`Reason::Interrupted`], [`Error::Interrupted`]) and starts that had not yet begun remain
     /// missing.
     ///
     /// # Errors
@@ -243,7 +243,7 @@ impl Study {
                 *worker = Some(own);
                 outcome
             });
-            if matches!(&outcome, Ok(Outcome { reason: Reason::Asked, .. }) | Err(Error::Interrupted { .. })) {
+            if matches!(&outcome, Ok(Outcome { reason: Reason::Interrupted, .. }) | Err(Error::Interrupted { .. })) {
                 was_asked.store(true, Ordering::Relaxed);
                 return Ok(());
             }

@@ -1,17 +1,18 @@
 //! Numbers that formulas run on: plain and complex ones, and those that find out what a formula depends on.
 
 mod boundary;
+mod branch_detection;
 mod complex;
 mod exp;
 mod fingerprint;
 mod hyper;
 mod lanes;
-mod look;
 mod real;
 mod scalar;
 mod sincos;
 mod strided;
 
+pub(crate) use branch_detection::{guarded, note_look, take_look};
 pub use complex::Cx;
 pub(crate) use exp::exp_lanes;
 pub(crate) use fingerprint::Fingerprint;
@@ -20,7 +21,6 @@ pub(crate) use hyper::{Slope, hyper, hyper_parts, slope, with_slope};
 pub(crate) use lanes::{
     add, add_dot, all_finite, by_fours, copy_singly, dot, larger, largest, minus_product, plus_product, singly, take, total,
 };
-pub(crate) use look::{guarded, note_look, take_look};
 pub use real::{Family, Real};
 pub use scalar::{Arithmetic, Scalar};
 pub(crate) use sincos::{Known, sin_cos_lanes};

@@ -197,7 +197,7 @@ fn rounds(
         let now = problem.violation().max(merit.change(&next));
         merit.w = next;
         let stationarity = problem.stationarity(&descent.at.x, &descent.at.gradient);
-        if matches!(reason, Reason::Asked | Reason::Target | Reason::Iterations) {
+        if matches!(reason, Reason::Interrupted | Reason::Target | Reason::Iterations) {
             return Ok(reason);
         }
         // Above the goal nothing lower was found, nor would be in another round.

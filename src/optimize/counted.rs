@@ -252,7 +252,7 @@ impl<'p> Counted<'p> {
     /// That of a start.
     pub(super) fn reason(&mut self, found: Result<Reason, Error>, iterates: usize) -> Result<Reason, Error> {
         match found {
-            _ if self.is_stopped() => Ok(Reason::Asked),
+            _ if self.is_stopped() => Ok(Reason::Interrupted),
             Err(error) if iterates > 1 => {
                 self.first_failure = Some(error);
                 Ok(Reason::NoDerivative)
@@ -282,7 +282,7 @@ impl<'p> Counted<'p> {
             self.c.fill(f64::NAN);
             violation = none;
             let start = Iterate { value: none, violation: none, stationarity: none, step: 0.0, evaluations };
-            let reason = if self.is_stopped() { Reason::Asked } else { Reason::NoStart };
+            let reason = if self.is_stopped() { Reason::Interrupted } else { Reason::NoStart };
             Found {
                 x: std::mem::take(&mut self.last),
                 value: none,

@@ -55,7 +55,7 @@ pub fn homotopy<P: Problem>(
                 let is_stopped = matches!(error, Error::Interrupted { .. });
                 counts.first_failure.get_or_insert(error);
                 if is_stopped {
-                    best.reason = Reason::Asked;
+                    best.reason = Reason::Interrupted;
                     break;
                 }
                 change *= SHORTER;
@@ -64,7 +64,7 @@ pub fn homotopy<P: Problem>(
             }
         };
         counts.add(&found);
-        if found.reason == Reason::Asked {
+        if found.reason == Reason::Interrupted {
             (best, s) = (found, next);
             break;
         }

@@ -165,7 +165,7 @@ impl<'o> Descent<'o> {
             let last = self.history[self.history.len() - 1];
             let stationarity = problem.stationarity(&self.at.x, &self.at.gradient);
             if watch(&last, &self.at.x).is_break() {
-                return Reason::Asked;
+                return Reason::Interrupted;
             }
             if self.options.target.is_some_and(|target| last.value <= target) && last.violation <= self.options.violation {
                 return Reason::Target;
@@ -178,7 +178,7 @@ impl<'o> Descent<'o> {
             }
             let Some(next) = self.next(problem, merit) else {
                 if problem.is_stopped() {
-                    return Reason::Asked;
+                    return Reason::Interrupted;
                 }
                 let is_least = !self.still_falls(stationarity) && self.is_flat(problem, merit);
                 return if is_least { Reason::Stationary } else { Reason::NoLowerValue };

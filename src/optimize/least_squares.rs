@@ -76,7 +76,7 @@ pub(super) fn descend(
     let reason = loop {
         let last = history[history.len() - 1];
         if watch(&last, &at.x).is_break() {
-            break Reason::Asked;
+            break Reason::Interrupted;
         }
         if options.target.is_some_and(|target| last.value <= target) {
             break Reason::Target;
@@ -128,7 +128,7 @@ pub(super) fn descend(
         };
         let Some(next) = next else {
             break match foreseen {
-                _ if counted.is_stopped() => Reason::Asked,
+                _ if counted.is_stopped() => Reason::Interrupted,
                 Some(decrease) if at.along_gradient(counted, &lengths).max(decrease) <= at.noise() => Reason::Stationary,
                 _ => Reason::NoLowerValue,
             };

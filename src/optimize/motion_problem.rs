@@ -172,7 +172,7 @@ impl<'s> MotionProblem<'s> {
 
 /// What outputs must be unless it is said.
 pub(super) fn default_constraints(system: &System) -> Vec<Interval> {
-    let of = |k| if system.is_looked_at(k) { Interval::FREE } else { Interval::ZERO };
+    let of = |k| if system.is_report_only(k) { Interval::FREE } else { Interval::ZERO };
     (0..system.outputs()).map(of).collect()
 }
 

@@ -171,7 +171,7 @@ impl<'s> MultipleShooting<'s> {
     }
 
     /// Sets a progress callback for all motions and gradients, as [`Solver::watch`](crate::Solver::watch) does, counting the nodes of all
-    /// segments. If it returns `Break`, the method stops with [`Reason::Asked`](super::Reason::Asked).
+    /// segments. If it returns `Break`, the method stops with [`Reason::Interrupted`](super::Reason::Interrupted).
     pub fn watch(&mut self, callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) {
         let (callback, last) = (Arc::new(Mutex::new(callback)), self.inputs.grid.nodes() - 1);
         for segment in &mut self.segments {

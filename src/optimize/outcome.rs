@@ -92,7 +92,7 @@ pub enum Reason {
     /// The limit of iterations was reached.
     Iterations,
     /// A callback of the method or of a simulation stopped it ([`Error::Interrupted`]).
-    Asked,
+    Interrupted,
     /// The start has no value or no derivatives, for example if its motion cannot be computed; [`Outcome::first_failure`] contains the
     /// error. Value and violation are infinite.
     NoStart,
@@ -117,7 +117,7 @@ impl fmt::Display for Reason {
             Reason::Unbounded => "the value falls without end",
             Reason::NoWay => "the last problem of the homotopy was not reached",
             Reason::Iterations => "all iterations were made",
-            Reason::Asked => "it was told to stop",
+            Reason::Interrupted => "it was told to stop",
             Reason::NoStart => "the start has no value or no derivatives",
             Reason::NoDerivative => "a derivative could not be computed",
         })

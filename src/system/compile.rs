@@ -1,13 +1,13 @@
 //! A [`System`] from the parts of a scene, and its formulas as they are when a motion begins.
 
+use super::cost_terms::Terms;
 use super::costs::Costs;
 use super::element::{Element, Formulas, Recordings};
 use super::jet::ElementKind;
 use super::names::Names;
 use super::parameters::Parameters;
-use super::parts::{Parts, Required};
 use super::point::Layout;
-use super::terms::Terms;
+use super::scene_parts::{Parts, Required};
 use super::{Batch, CostMemory, NodeView, Positions, System, structure};
 use crate::model::Param;
 use crate::number::{Fingerprint, take_look};

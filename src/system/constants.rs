@@ -8,7 +8,7 @@
 
 use super::batch::{Covector, Positions, StateRows, Sums};
 use super::block::{Block, BlockEntry};
-use super::sines::SinusoidalTerm;
+use super::sinusoidal_constraints::SinusoidalTerm;
 use super::view::NodeView;
 use crate::system::{Given, KnownPart};
 

@@ -3,13 +3,13 @@
 use num_dual::Dual64;
 use std::ops::Range;
 
-use super::blame::Suspect;
 use super::cost::CostRows;
 use super::cost_factors::CostFactors;
 use super::cost_formula::{CostFormula, CostMemory};
 use super::cost_second_order::CostSecondOrder;
+use super::cost_terms::{CostUse, Term};
+use super::locate_nonfinite::Suspect;
 use super::placed_cost::PlacedCost;
-use super::terms::{CostUse, Term};
 use super::view::NodeView;
 use super::weights::Weights;
 use crate::model::Param;

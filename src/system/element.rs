@@ -11,7 +11,7 @@ use super::formula::Formula;
 use super::item::PlacedElement;
 use super::jet::ElementKind;
 use super::shape::{Place, Shape};
-use super::sines::SinusoidalTerm;
+use super::sinusoidal_constraints::SinusoidalTerm;
 use super::view::NodeView;
 use crate::model::Param;
 use crate::number::guarded;

@@ -2,15 +2,12 @@
 
 mod acceleration;
 mod acceleration_kernels;
-mod along;
 mod applied;
 mod argument;
 mod assembly;
 mod batch;
-mod blame;
 mod block;
 mod branches;
-mod columns;
 mod compile;
 mod constants;
 mod cost;
@@ -18,11 +15,13 @@ mod cost_factors;
 mod cost_formula;
 mod cost_second_order;
 mod cost_shape;
+mod cost_terms;
 mod costs;
 mod derivatives;
 mod difference;
 #[cfg(test)]
 mod difference_tests;
+mod directional;
 mod element;
 mod element_programs;
 mod energy;
@@ -31,11 +30,11 @@ mod groups;
 mod holonomic;
 mod item;
 mod jet;
-mod known;
-mod lost;
+mod locate_nonfinite;
+mod lost_derivatives;
 mod names;
+mod node_problem;
 mod parameters;
-mod parts;
 mod placed_cost;
 mod plain;
 mod plain_cost;
@@ -43,14 +42,15 @@ mod point;
 mod position;
 mod print;
 mod products;
-mod restricted;
 mod scatter;
+mod scene_parts;
+mod second_by_columns;
 mod second_order;
 mod second_order_kernels;
 mod shape;
-mod sines;
+mod sinusoidal_constraints;
 mod structure;
-mod terms;
+mod subset_of_coordinates;
 mod typed;
 mod verify;
 #[cfg(test)]
@@ -70,22 +70,22 @@ pub(crate) use cost_factors::CostFactors;
 pub(crate) use cost_formula::CostMemory;
 pub(crate) use cost_second_order::CostSecondOrder;
 pub(crate) use cost_shape::CostShape;
+pub(crate) use cost_terms::Depends;
+use cost_terms::Terms;
 pub(crate) use costs::Costs;
 pub(crate) use energy::{Kinetic, Potential};
 pub(crate) use holonomic::Holonomic;
 pub(crate) use item::PlacedElement;
-pub(crate) use known::{Given, KnownPart};
-pub(crate) use lost::Order;
-pub(crate) use parts::{Parts, Required};
+pub(crate) use lost_derivatives::Order;
+pub(crate) use node_problem::{Given, KnownPart};
 pub(crate) use placed_cost::PlacedCost;
 pub(crate) use plain_cost::Fixed;
 pub(crate) use position::PositionConstraints;
 pub(crate) use products::Wanted;
-pub(crate) use restricted::Restricted;
+pub(crate) use scene_parts::{Parts, Required};
 pub(crate) use second_order::SecondOrderEquations;
-pub(crate) use sines::Sines;
-pub(crate) use terms::Depends;
-use terms::Terms;
+pub(crate) use sinusoidal_constraints::Sines;
+pub(crate) use subset_of_coordinates::Restricted;
 pub(crate) use typed::{AnyElement, Typed};
 pub(crate) use view::{NodeValues, NodeView};
 pub(crate) use weights::{Beside, GivenWeights, Weights};
@@ -166,7 +166,7 @@ impl System {
     }
 
     /// Whether nothing is asked of an output unless it is said.
-    pub(crate) fn is_looked_at(&self, output: usize) -> bool {
+    pub(crate) fn is_report_only(&self, output: usize) -> bool {
         self.names.looked_at.contains(&output)
     }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::parts::Parts;
+use super::scene_parts::Parts;
 use crate::error::quoted;
 use crate::linear::Breakdown;
 use crate::{Error, System};

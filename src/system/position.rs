@@ -10,7 +10,7 @@ use super::element_programs::{Alike, ElementPrograms};
 use super::formula::Formula;
 use super::jet::ElementKind;
 use super::point::Layout;
-use super::sines::Sines;
+use super::sinusoidal_constraints::Sines;
 use super::typed::OnNumbers;
 use super::view::NodeView;
 use crate::System;

@@ -14,7 +14,7 @@ use super::element::{Element, Formulas};
 use super::groups::{self, Groups};
 use super::jet::ElementKind;
 use super::point::Layout;
-use super::sines::{Places, Sines};
+use super::sinusoidal_constraints::{Places, Sines};
 use super::view::NodeView;
 use crate::System;
 use crate::linear::{Pattern, Symbolic};

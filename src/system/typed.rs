@@ -5,9 +5,9 @@
 use nalgebra::SVector;
 use num_traits::Zero;
 
-use super::columns::by_columns;
 use super::formula::Component;
 use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
+use super::second_by_columns::by_columns;
 use super::shape::Shape;
 use crate::number::{Fingerprint, Hyper, Slope};
 use crate::program::Symbol;

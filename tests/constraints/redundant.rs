@@ -198,7 +198,7 @@ fn a_doubled_hinge_changes_neither_motion_nor_gradient_and_is_named() {
 }
 
 #[test]
-fn a_second_motion_from_the_same_start_is_the_same_and_another_start_is_looked_at_again() {
+fn a_second_motion_from_the_same_start_is_the_same_and_another_start_is_report_only_again() {
     let system = parallelogram(3, 0.9, true);
     let given = inputs(&system, 20, 0.01);
     let mut solver = Solver::new(&system, Settings::default());
@@ -220,7 +220,7 @@ impl Constraint<1, 1> for Guide {
 }
 
 #[test]
-fn a_start_at_another_time_or_with_another_design_is_looked_at_again() {
+fn a_start_at_another_time_or_with_another_design_is_report_only_again() {
     let mut scene = Scene::new();
     let mass = scene.design("mass", 1.0);
     let body = scene.body("body", mass, 0.1, [0.0; 3]);

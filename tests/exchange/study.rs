@@ -163,7 +163,7 @@ fn starts_that_were_stopped_when_asked_to_stay_missing() {
     };
     study.run(|| Ok(Valleys(0.0, 0.0)), until_third).expect("kept");
     let finished = study.finished().count();
-    assert!(finished >= 2 && finished < all.len() && study.finished().all(|of| of.reason != "Asked"), "{finished}");
+    assert!(finished >= 2 && finished < all.len() && study.finished().all(|of| of.reason != "Interrupted"), "{finished}");
     study.run(|| Ok(Valleys(0.0, 0.0)), method).expect("kept");
     assert_eq!(study.missing().count(), 0);
     let mut whole = Study::open(&folder.0.join("whole.jsonl"), "valleys", &all).expect("a study");

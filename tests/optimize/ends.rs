@@ -353,7 +353,7 @@ fn a_homotopy_that_is_stopped_keeps_the_motion_of_its_answer() {
         };
         let outcome = homotopy(&mut problem, &start, &Options::default(), &mut set, &mut watch).expect("fits");
         assert_eq!(problem.solver.cost().expect("a motion"), outcome.value, "after {stopped} iterates");
-        if outcome.reason != Reason::Asked {
+        if outcome.reason != Reason::Interrupted {
             break;
         }
         stopped += 1;

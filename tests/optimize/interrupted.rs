@@ -113,7 +113,7 @@ fn whoever_stops_a_simulation_stops_the_method() {
                 if problem.left > 0 || outcome.reason.is_converged() {
                     continue;
                 }
-                assert_eq!(outcome.reason, Reason::Asked, "{k}: {outcome:?}");
+                assert_eq!(outcome.reason, Reason::Interrupted, "{k}: {outcome:?}");
                 if last.is_empty() {
                     // At the start itself.
                     assert!(left == 1 && outcome.iterations == 0 && outcome.value.is_infinite(), "{k} {what:?} {outcome:?}");
@@ -139,7 +139,7 @@ fn whoever_stops_a_simulation_stops_the_method() {
     let start = problem.start();
     let options = Options { stationarity: 0.0, ..Options::default() };
     let outcome = augmented_lagrangian(&mut problem, &start, &options, &mut silent).expect("an outcome");
-    assert_eq!(outcome.reason, Reason::Asked, "{outcome:?}");
+    assert_eq!(outcome.reason, Reason::Interrupted, "{outcome:?}");
 }
 
 fn undefined() -> Error {

@@ -684,7 +684,7 @@ fn what_cannot_be_done_is_said() {
     };
     let mut valley = Given::new(rosenbrock, vec![Interval::FREE; 4], vec![]);
     let outcome = lbfgs(&mut valley, &[0.0; 4], &any(), &mut twice).expect("fits");
-    assert_eq!((outcome.reason, outcome.history.len()), (Reason::Asked, 3));
+    assert_eq!((outcome.reason, outcome.history.len()), (Reason::Interrupted, 3));
 }
 
 #[test]

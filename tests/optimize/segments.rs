@@ -50,7 +50,7 @@ fn whoever_stops_a_segment_stops_the_method() {
         });
         match interior_point(&mut problem, &start, &Options { stationarity: 0.0, ..Options::default() }, &mut silent) {
             Ok(outcome) => {
-                assert_eq!(outcome.reason, Reason::Asked, "{until}");
+                assert_eq!(outcome.reason, Reason::Interrupted, "{until}");
                 assert!(matches!(outcome.first_failure, Some(Error::Interrupted { of: 31, .. })), "{outcome:?}");
             }
             // The start has no value, or no derivatives.

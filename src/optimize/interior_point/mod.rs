@@ -66,7 +66,7 @@ fn iterate(
     loop {
         let last = iterations.last();
         if watch(&last, method.x().as_slice()).is_break() {
-            return Ok(Reason::Asked);
+            return Ok(Reason::Interrupted);
         }
         let feasible = last.violation <= allowed;
         if feasible && options.target.is_some_and(|target| last.value <= target) {
@@ -90,7 +90,7 @@ fn iterate(
         let ends = iterations.idle >= MOST_IDLE || !feasible && iterations.is_slow();
         match if ends { None } else { method.advance(counted, &mut radius)? } {
             Some((length, is_idle)) => iterations.go(method.iterate(counted, length), is_idle),
-            None if counted.is_stopped() => return Ok(Reason::Asked),
+            None if counted.is_stopped() => return Ok(Reason::Interrupted),
             None if feasible => return last_reason(method, counted, iterations, (asked, options.violation)),
             // No more can be asked for.
             None if holds_to_rounding(method, counted)? => allowed = last.violation,
