@@ -45,7 +45,7 @@ use table::{Row, Verdict};
 
 /// Reproduces the figures and numbers of the paper's numerical example and compares them with ours.
 ///
-/// Each figure is written as SVG, PNG and CSV, the numbers as summary.json, the motion as swing-up.html. The exit status is 1 if a claim
+/// Each figure is written as SVG, CSV and a caption, the numbers as summary.json, the motion as swing-up.html. The exit status is 1 if a claim
 /// that must hold does not or something could not be computed, written or printed, and 2 if the arguments are wrong.
 #[derive(Parser)]
 #[command(version, override_usage = "paper-repro [OPTIONS] [PARTS]...\n       paper-repro [--out <FOLDER>] <COMMAND>")]

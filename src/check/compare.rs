@@ -175,7 +175,8 @@ fn doubt_zero(Evidence { block, setting, at }: &Evidence, report: &mut BlockRepo
         let largest = truth.amax();
         if largest > 0.0 && largest.is_finite() {
             let hand = fitting((block.hand)(&x), block.rows.len(), block.columns.len());
-            if hand.shape() != truth.shape() || (hand - truth).iter().any(|error| !(error.abs() <= 1e-6 * largest)) {
+            let is_far = |error: &f64| error.is_nan() || error.abs() > 1e-6 * largest;
+            if hand.shape() != truth.shape() || (hand - truth).iter().any(is_far) {
                 report.verdict = Verdict::Undecided;
                 let note = "zero at every point with these constants, and not with all others: choose constants with which it is not \
                             (`.vary_constants(0.2)` varies those that are not 0), or give a point with `.at(point)`";
@@ -203,12 +204,20 @@ fn arguments(Evidence { block, setting, .. }: &Evidence, place: &Place, at: (usi
     (0..count).filter(|&k| k == own || depends(k)).map(|k| (names[k].clone(), place.x[k])).collect()
 }
 
+/// An entry that is wrong, where its error is largest.
+struct WrongEntry {
+    relative_error: f64,
+    entry: Entry,
+    place: usize,
+    at: (usize, usize),
+}
+
 /// Errors and the worst entries.
 fn measure(evidence: &Evidence, report: &mut BlockReport) {
     let (rows, columns) = (evidence.rows(), evidence.columns());
     // NaN counts as infinitely wrong.
     let at_least = |x: f64, y: f64| if y.is_nan() { f64::INFINITY } else { x.max(y) };
-    let (mut wrong, mut closest): (Vec<(f64, Entry, usize, (usize, usize))>, f64) = (Vec::new(), -1.0);
+    let (mut wrong, mut closest) = (Vec::new(), -1.0);
     for at in (0..rows).flat_map(|i| (0..columns).map(move |j| (i, j))) {
         let errors = |place: &Place| {
             let error = (place.hand[at] - place.truth[at]).abs();
@@ -228,11 +237,12 @@ fn measure(evidence: &Evidence, report: &mut BlockReport) {
             let (row, column) = (evidence.block.rows[at.0].clone(), evidence.block.columns[at.1].clone());
             let (hand, truth, allowed) = (hand[at], truth[at], tolerance[at]);
             let entry = Entry { row, column, hand, truth, allowed, point: *number, at: Vec::new() };
-            wrong.push((at_least(0.0, errors(evidence.at[p])[1]), entry, p, at));
+            let relative_error = at_least(0.0, errors(evidence.at[p])[1]);
+            wrong.push(WrongEntry { relative_error, entry, place: p, at });
         }
     }
-    wrong.sort_by(|a, b| b.0.total_cmp(&a.0));
+    wrong.sort_by(|a, b| b.relative_error.total_cmp(&a.relative_error));
     report.wrong_entries = wrong.len();
-    let named = |(_, entry, p, at)| Entry { at: arguments(evidence, evidence.at[p], at), ..entry };
+    let named = |of: WrongEntry| Entry { at: arguments(evidence, evidence.at[of.place], of.at), ..of.entry };
     report.entries = wrong.into_iter().take(LISTED).map(named).collect();
 }

@@ -182,9 +182,9 @@ fn drawings_follow_the_state_and_fixed_ones_do_not_move() {
     for node in [0, 7, 20] {
         let [x, y] = tip(motion.q.column(node).as_slice());
         for (group, expected) in [(1, [x, y]), (2, [x, y - 0.1 * motion.times[node]])] {
-            for k in 0..2 {
+            for (k, expected) in expected.into_iter().enumerate() {
                 let shown = data(&page)["poses"][group][k][node].as_f64().expect("a number");
-                assert!((shown - expected[k]).abs() < 1e-3, "group {group} at node {node}: {shown} for {}", expected[k]);
+                assert!((shown - expected).abs() < 1e-3, "group {group} at node {node}: {shown} for {expected}");
             }
         }
     }
