@@ -526,9 +526,11 @@ fn public_types_are_debug_and_systems_are_clone() {
     debug::<MultipleShooting>();
     debug::<PaperSystem>();
     debug::<CartScene>();
-    debug::<check::Pipe>();
     #[cfg(feature = "files")]
-    debug::<hamiltonian_adjoint::SceneFile>();
+    {
+        debug::<check::Pipe>();
+        debug::<hamiltonian_adjoint::SceneFile>();
+    }
 
     let system = CartPendulum::with_links(1).scene().compile().expect("a scene");
     let copy = system.clone();

@@ -113,7 +113,10 @@ impl PotentialEnergy<1, 1> for Side {
             1 => zero * -1.0,
             2 => b * -0.0,
             3 => zero / -b,
-            4 => -(b - b) * 1.0,
+            4 => {
+                let same = b;
+                -(b - same) * 1.0
+            }
             5 => -(b * 0.0),
             6 => (b * -0.0) + (zero * -b),
             7 => zero - b * 0.0,
