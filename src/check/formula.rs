@@ -67,20 +67,22 @@ impl<F: Formula> Differentiable for F {
     }
 
     fn recorded(&self, x: &[f64], is_fixed: &[bool]) -> Option<(Graph, Vec<Node>)> {
-        record_branch(|put| {
+        let (graph, results) = record_branch(|put| {
             let symbol = |(k, &x): (usize, &f64)| if is_fixed[k] { Symbol::from(x) } else { Symbol::input(k, x) };
             // The last argument is the factor of all values.
             let x: Vec<Symbol> = x[..x.len() - 1].iter().enumerate().map(symbol).collect();
             self.symbols(&x).into_iter().for_each(put);
-        })
+        })?;
+        Some(graph.without_signs(&results))
     }
 }
 
 fn record(function: &impl Function, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
-    record_branch(|result| {
+    let (graph, results) = record_branch(|result| {
         let symbols: Vec<Symbol> = x.iter().enumerate().map(|(k, &x)| Symbol::input(k, x)).collect();
         function.value(&symbols).into_iter().for_each(result);
-    })
+    })?;
+    Some(graph.without_signs(&results))
 }
 
 /// What is made of a function f before its Jacobian is taken.

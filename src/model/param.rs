@@ -208,11 +208,13 @@ impl Param {
         let noted = expressions::with(scene, |graph| {
             let of: Vec<Node> = of.iter().map(|param| param.node(graph)).collect();
             let node = formula(graph, &of);
-            (node, graph.value(node))
+            // A number in front is the parameter's factor, as it is in a text that is read.
+            let (factor, node) = graph.number_times(node).unwrap_or((1.0, node));
+            (factor, node, graph.value(node))
         });
         match noted {
-            Some((_, Some(number))) => Param::from(number),
-            Some((node, None)) => Param { of: Source::Expression(Expression { scene, node }), factor: 1.0 },
+            Some((factor, _, Some(number))) => Param::from(factor * number),
+            Some((factor, node, None)) => Param { of: Source::Expression(Expression { scene, node }), factor },
             None => foreign,
         }
     }

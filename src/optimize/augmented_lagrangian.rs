@@ -27,6 +27,8 @@ const CLOSER: f64 = 0.9;
 const STALLED: usize = 3;
 /// Singular values of the Jacobian below this share of the largest are zero.
 const SINGULAR: f64 = 1e-13;
+/// Violations whose squares some iterations lower by no more than this share are least: at the edge of an interval steps are short.
+const CREEP: f64 = 1e-9;
 
 struct Augmented {
     w: Vec<f64>,
@@ -247,7 +249,11 @@ fn approach(
 ) -> Result<Option<Reason>, Error> {
     let iterations = options.iterations.saturating_sub(descent.history.len() - 1 + problem.apart);
     let target = Some(0.5 * options.violation.powi(2));
-    let found = descend(problem, from, &Options { iterations, target, stationarity: 0.0, ..*options }, &mut silent);
+    let options = Options { iterations, target, stationarity: 0.0, ..*options };
+    let failures = problem.failures;
+    let found = descend(problem, from, &options, &mut silent, CREEP);
+    // Points without a value may hide lower sums.
+    let meets_wall = problem.failures > failures;
     let Ok(Descended { at, history, reason }) = found else { return Ok(Some(Reason::NoLowerValue)) };
     problem.apart += history.len() - 1;
     merit.w.fill(0.0);
@@ -263,9 +269,11 @@ fn approach(
     descent.go(problem, merit, (at.x, value))?;
     Ok(match reason {
         _ if holds => None,
+        // In units that differ by many powers of ten, the slopes of small violations are rounding beside those of others: then no step finds a lower sum.
         Reason::Stationary if !is_rounding => Some(Reason::Infeasible),
-        // In units that differ by many powers of ten, small violations are rounding beside the slopes of others.
-        Reason::NoLowerValue if !is_rounding && problem.is_least_violated(&descent.at.x, 0.0)? => Some(Reason::Infeasible),
+        Reason::NoLowerValue if !is_rounding && (!meets_wall || problem.is_least_violated(&descent.at.x, 0.0)?) => {
+            Some(Reason::Infeasible)
+        }
         Reason::Stationary | Reason::Target => Some(Reason::NoLowerValue),
         other => Some(other),
     })

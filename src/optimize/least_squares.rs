@@ -39,7 +39,7 @@ pub fn levenberg_marquardt(
     }
     let mut jacobian = DMatrix::zeros(rows, start.len());
     let outcome = solve(problem, start, options, |problem, x| {
-        let Descended { at, history, reason } = descend(problem, x, options, watch)?;
+        let Descended { at, history, reason } = descend(problem, x, options, watch, ROUNDING)?;
         let (value, mut multipliers) = (half_square(&at.r), vec![0.0; problem.c.len()]);
         problem.asked().zip(&at.r).for_each(|(j, r)| multipliers[j] = *r);
         jacobian = at.jacobian;
@@ -55,7 +55,7 @@ pub(super) struct Descended {
     pub(super) reason: Reason,
 }
 
-/// Goes down on ½‖r‖² from x. The problem is left at the end.
+/// Goes down on ½‖r‖² from x, as long as some iterations lower it by more than the share `creep`. The problem is left at the end.
 ///
 /// # Errors
 /// A start without a value or without a Jacobian, or with squares beyond the range of numbers, too large or too small.
@@ -64,6 +64,7 @@ pub(super) fn descend(
     x: Vec<f64>,
     options: &Options,
     watch: &mut Watcher,
+    creep: f64,
 ) -> Result<Descended, Error> {
     counted.evaluate_start(&x)?;
     let mut at = State::at(counted, x)?;
@@ -84,9 +85,9 @@ pub(super) fn descend(
         if at.slope(counted, &lengths) <= options.stationarity * first {
             break Reason::Stationary;
         }
-        // Decreases that are rounding could go on for ever.
+        // Decreases that are rounding, or creep from one side of a bend to the other, could go on for ever.
         let few_ago = history.iter().rev().nth(FEW).map_or(f64::INFINITY, |before| before.value);
-        if few_ago - last.value <= ROUNDING * last.value {
+        if few_ago - last.value <= creep * last.value {
             let is_least = at.along_gradient(counted, &lengths) <= at.noise();
             break if is_least { Reason::Stationary } else { Reason::NoLowerValue };
         }

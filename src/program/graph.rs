@@ -73,6 +73,17 @@ impl Graph {
         (graph, results.iter().map(|node| map[node.index()]).collect())
     }
 
+    /// The graph without regard to the signs of zeros, which derivatives do not depend on, with the values asked for, and the results in it.
+    pub(crate) fn without_signs(&self, results: &[Node]) -> (Self, Vec<Node>) {
+        let mut graph = Graph { is_loose: true, ..Graph::default() };
+        let mut map = vec![Node(u32::MAX); self.len()];
+        for node in self.reachable(results.iter().chain(&self.looked_at).copied()) {
+            map[node.index()] = graph.make(self.expression(node).map(|x| map[x.index()]));
+        }
+        graph.looked_at = self.looked_at.iter().map(|node| map[node.index()]).collect();
+        (graph, results.iter().map(|node| map[node.index()]).collect())
+    }
+
     /// Keeps the signs of zeros in the nodes where a function that some results are made of sees them, and in no others.
     pub(super) fn keep_signs(&mut self, results: &[Node]) {
         self.signed = self.sees_signs(results);
@@ -210,6 +221,12 @@ impl Graph {
             Expression::Multiply(x, y) if self.is_fixed(x) && !self.is_fixed(y) => Some((x, y)),
             _ => None,
         }
+    }
+
+    /// A product as a number and the other factor.
+    pub(crate) fn number_times(&self, node: Node) -> Option<(f64, Node)> {
+        let (factor, other) = self.fixed_factor(node)?;
+        Some((self.value(factor)?, other))
     }
 
     fn negative(&mut self, x: Node) -> Node {

@@ -1,10 +1,12 @@
 //! Names for reports and error messages.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use super::scene_parts::Parts;
 use crate::error::quoted;
 use crate::linear::Breakdown;
+use crate::model::Shape;
 use crate::{Error, System};
 
 #[derive(Clone, Debug)]
@@ -63,12 +65,17 @@ impl System {
         &self.names.equations[j]
     }
 
-    /// The equations of each constraint.
-    pub(crate) fn equations_of_constraints(&self) -> impl Iterator<Item = Range<usize>> {
-        self.names.constraints.iter().scan(0, |first, (_, count)| {
-            *first += count;
-            Some(*first - count..*first)
-        })
+    /// Pairs of equations that are the components of one vector: those of hinges and welds.
+    pub(crate) fn vector_equations(&self) -> impl Iterator<Item = Range<usize>> {
+        let joints = self.sketch().drawn.iter().filter(|drawn| matches!(drawn.shape, Shape::Hinge | Shape::Weld));
+        let joints: HashSet<&str> = joints.map(|drawn| drawn.name.as_str()).collect();
+        let starts = self.names.constraints.iter().scan(0, |next, (name, count)| {
+            let first = *next;
+            *next += count;
+            Some((first, name, *count))
+        });
+        let of_joints = starts.filter(move |(_, name, count)| *count >= 2 && joints.contains(name.as_str()));
+        of_joints.map(|(first, ..)| first..first + 2)
     }
 
     /// The names of the constraints with their numbers of equations, in the order of these.

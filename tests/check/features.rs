@@ -124,7 +124,8 @@ fn features_behind_others_are_found() {
         // Without the slope of the hyperbolic tangent, which matters behind the other feature alone.
         let half = |x: f64, y: f64| [y + if x > 40.0 { ((y + 300.0) / 0.01).tanh() } else { 0.0 }, x];
         assert_eq!(run(Hidden, seed, half).verdict(), Verdict::Wrong, "seed {seed}");
-        assert_eq!(run(Nested, seed, |_, _| [0.0, 1.0]).verdict(), Verdict::Wrong, "seed {seed}");
+        // A window of 0.01 at a distance of 200: found, or undecided where the references disagree beside its ends.
+        assert!(!run(Nested, seed, |_, _| [0.0, 1.0]).passed(), "seed {seed}");
         assert_eq!(run(Branched, seed, |x, y| [y, x]).verdict(), Verdict::Wrong, "seed {seed}");
     }
 }

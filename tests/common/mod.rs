@@ -89,7 +89,9 @@ pub fn assert_gradient_is_exact_to(within: f64, what: &str, system: &System, inp
     let all = Input::all(inputs);
     let gradient = gradient(system, inputs, settings).unwrap_or_else(|error| panic!("{what}: {error}"));
     let adjoint: Vec<f64> = all.iter().map(|input| input.in_gradient(&gradient)).collect();
-    let reference = complex_step(system, inputs, settings, &all).unwrap_or_else(|error| panic!("{what}: {error}"));
+    let mut reference = complex_step(system, inputs, settings, &all).unwrap_or_else(|error| panic!("{what}: {error}"));
+    // The derivative of u² at u = 0 by complex step is its step, 1e-30, so that √(u²) has none there.
+    reference.iter_mut().filter(|x| x.abs() < 1e-28).for_each(|x| *x = 0.0);
     assert_same_derivatives_to(within, what, &all, &adjoint, &reference);
 }
 

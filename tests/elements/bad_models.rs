@@ -19,7 +19,7 @@ fn failure(system: &System) -> Error {
 fn a_mass_of_zero_is_reported_with_its_coordinate() {
     let error = failure(&sled(0.0, |_, _| ()));
     assert_eq!(error, Error::SingularMass { coordinates: vec!["`sled.x`".into()], time: 0.0 });
-    assert_says(&error, &["`sled.x`", "kinetic energy", "give each a mass", "a constraint that determines it"]);
+    assert_says(&error, &["`sled.x`", "neither inertia", "give each a mass", "a constraint that determines it"]);
 }
 
 #[test]

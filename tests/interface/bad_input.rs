@@ -188,7 +188,7 @@ fn a_joint_of_a_body_with_itself_is_refused() {
     scene.revolute("hinge", rod.at(0.5, 0.0), rod.at(0.5, 0.0));
     let error = refused(scene);
     assert_eq!(error, Error::RepeatedCoordinate { element: "hinge".into(), coordinate: "rod.x".into() });
-    assert_says(&error, &["`hinge`", "`rod.x`", "twice", "to itself"]);
+    assert_says(&error, &["`hinge`", "`rod.x`", "twice", "two different bodies"]);
 }
 
 #[test]

@@ -132,7 +132,7 @@ impl Assembler<'_> {
         }
         // The distance between two points that should coincide has several components.
         let length = |equations: Range<usize>| phi[equations].iter().fold(0.0, |length: f64, phi| length.hypot(*phi));
-        let whole = self.system.equations_of_constraints().find(|equations| equations.contains(&equation));
+        let whole = self.system.vector_equations().find(|equations| equations.contains(&equation));
         let (equation, holds) = (self.system.equation_name(equation).to_string(), !held.is_empty());
         Err(Error::Assembly { equation, violation: whole.map_or(most, length), tolerance: self.tolerance, holds })
     }
@@ -141,8 +141,8 @@ impl Assembler<'_> {
     pub(super) fn sizes(&self, q: &[f64], at: &NodeView<f64>) -> Sizes {
         let masses = redundancy::apparent_masses(self.newton, self.system, at);
         let mut flexibilities = redundancy::flexibilities(self.system, at, &masses);
-        // One for all equations of a constraint: what is left of a loop is a distance then, whichever way it points.
-        for equations in self.system.equations_of_constraints() {
+        // One for both components of a vector: what is left of a loop is a distance then, whichever way it points.
+        for equations in self.system.vector_equations() {
             let most = flexibilities[equations.clone()].iter().copied().fold(0.0, larger);
             flexibilities[equations].fill(most);
         }
