@@ -73,9 +73,9 @@ pub enum Warning {
     },
     /// Positions have drifted from dependent constraints, which now contradict each other slightly, and their compliance dissipates energy.
     ///
-    /// If Φ_q differs by δ because of the drift, the compliance (1e-11 in relative units) removes the fraction δ²/1e-11 of the velocity in
-    /// each step, although the residual of dΦ/dt = 0 remains small. If an equation can be left out, the warning is
-    /// [`LeftOut`](Warning::LeftOut) instead.
+    /// If the drift changes Φ_q by δ, the compliance (1e-11 in relative units) removes the fraction δ²/1e-11 of the velocity in each step,
+    /// although the residual of dΦ/dt = 0 remains small. If an equation can be left out, the warning is [`LeftOut`](Warning::LeftOut)
+    /// instead.
     Braked {
         /// The step with the largest loss, counted from 1.
         step: usize,
@@ -84,9 +84,9 @@ pub enum Warning {
         /// Energy lost in this step, times the number of steps, relative to the largest kinetic energy; at least [`BRAKED`](Warning::BRAKED).
         share: f64,
     },
-    /// Positions drift from dependent constraints. This drift would brake the motion, so redundant equations are left out. Which equations
-    /// are left out changes before the remaining equations become dependent; [`Trajectory::compliance`](crate::Trajectory::compliance)
-    /// contains all choices.
+    /// Positions drift from dependent constraints. This drift would brake the motion, so redundant equations are left out. The set of
+    /// left-out equations is changed before the remaining equations become dependent;
+    /// [`Trajectory::compliance`](crate::Trajectory::compliance) contains all choices.
     LeftOut {
         /// The equations that are left out first.
         equations: Vec<String>,

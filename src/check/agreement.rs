@@ -13,17 +13,17 @@ const CAUTION: f64 = 30.0;
 /// How well the oracles agree at one point.
 #[derive(Default)]
 pub(crate) struct Agreement {
-    /// The largest differences from the dual numbers, relative to the sizes of the entries.
+    /// Largest difference between the complex step and the dual numbers, relative to the sizes of the entries.
     pub complex_step: f64,
     pub differences: f64,
     pub conflict: Option<Conflict>,
-    /// Where differences contradict the others, and shorter ones cannot tell.
+    /// A note if finite differences contradict the other references and smaller steps do not settle the question.
     pub doubt: Option<String>,
 }
 
 /// An entry in which the oracles disagree at a point.
 pub(crate) struct Conflict {
-    /// Whether one-sided derivatives differ: no derivative exists, and nobody is to blame.
+    /// True if the one-sided derivatives differ: no derivative exists, so none of the references is wrong.
     pub is_kink: bool,
     /// The sentence for a report.
     pub text: String,

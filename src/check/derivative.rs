@@ -40,7 +40,7 @@ impl Input {
             .collect()
     }
 
-    /// The name for reports, also of an input that the system does not have.
+    /// The name for reports; it is defined even for an input that the system does not have.
     pub fn name(&self, system: &System) -> String {
         let (n, k, designs) = (system.n(), system.k(), system.designs());
         match *self {

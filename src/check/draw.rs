@@ -14,9 +14,9 @@ const DECADES: f64 = 6.0;
 #[derive(Default)]
 pub(crate) struct Drawn {
     pub points: Vec<Vec<f64>>,
-    /// Of each point: the one that it is with some arguments made small.
+    /// For each point, the index of the point from which it was made by reducing some arguments, if any.
     pub parents: Vec<Option<usize>>,
-    /// What the report shall say about them.
+    /// Notes about the points for the report.
     pub notes: Vec<String>,
 }
 

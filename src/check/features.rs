@@ -48,7 +48,8 @@ pub(super) enum Need {
 pub(super) struct Variant {
     pub node: Node,
     other: Expression,
-    /// The node that decides where that matters, between which values, and which values are solved for.
+    /// The node whose value decides where the variant matters; `window` is the interval of its values in which it does, and `goals` are the
+    /// values to solve for.
     pub of: Node,
     pub window: [f64; 2],
     pub goals: Vec<f64>,
@@ -67,14 +68,15 @@ pub(super) struct Form {
     pub graph: Graph,
     template: (Template, Vec<f64>),
     pub variants: Vec<Variant>,
-    /// Nodes whose values the formula asked for, and the differences of those that it asked for one after another.
+    /// Nodes whose values the formula reads, and the differences of successive nodes that it reads.
     pub looks: Vec<Node>,
-    /// The inputs that it depends on: which, and their nodes.
+    /// The inputs on which the formula depends: their indices and their nodes.
     pub inputs: Vec<(usize, Node)>,
 }
 
 impl Form {
-    /// Of a graph and its results, for a block differentiated `by` some inputs, of which some are free.
+    /// Creates the form from a graph and its results, for a block differentiated with respect to the inputs `by`; the inputs `free` may be
+    /// moved.
     pub fn new((mut graph, results): (Graph, Vec<Node>), by: &Range<usize>, free: &[usize]) -> Self {
         let template = Template::new(&graph, &results, 0);
         let nodes: Vec<Node> = graph.reachable(results.iter().chain(graph.looked_at()).copied());
@@ -110,13 +112,13 @@ impl Form {
         form
     }
 
-    /// Whether a graph is that of this branch.
+    /// True if a graph is the graph of this branch.
     pub fn is_of(&self, (graph, results): &(Graph, Vec<Node>)) -> bool {
         let looks = |graph: &Graph| graph.looked_at().len();
         looks(&self.graph) == looks(graph) && self.template == Template::new(graph, results, 0)
     }
 
-    /// What a variant lacks, in words.
+    /// Description of what a variant of the formula omits, in words.
     pub fn name(&self, variant: &Variant, arguments: &[String]) -> String {
         let words = |node: Node| words(&self.graph, node, arguments, DEPTH);
         let of = words(variant.of);
@@ -127,14 +129,15 @@ impl Form {
         }
     }
 
-    /// Whether a point is where a variant may matter.
+    /// True if the variant may differ from the formula at this point.
     pub fn reaches(&self, variant: &Variant, x: &[f64]) -> bool {
         variant.is_within(&self.graph.values(&variant.order, None, x))
     }
 
-    /// By how much a variant's gradient differs from that of the formula at a point, relative to both: in the entry in which it does most. Less where this is
-    /// faint beside the rest of its row, in sizes of the arguments; next to nothing where the node counts and the difference is lost in rounding; and 0 where the
-    /// point tells nothing of it.
+    /// The difference between the gradients of a variant and of the formula at a point, relative to both, in the entry with the largest
+    /// difference. The result is smaller if this difference is small relative to the rest of its row, scaled by the sizes of the arguments;
+    /// almost 0 if the node has an effect but the difference is lost in rounding; and 0 if the point gives no information about the
+    /// variant.
     pub fn shows(&self, variant: &Variant, x: &[f64], sizes: &[f64]) -> f64 {
         let Variant { node, other, results, order, .. } = variant;
         let values = self.graph.values(order, None, x);
@@ -164,7 +167,7 @@ impl Form {
 }
 
 impl Variant {
-    /// Whether it is one side of a switch.
+    /// True if the variant is one side of a branch of the formula.
     pub fn is_side(&self) -> bool {
         self.need == Need::Variant && self.terms.is_none()
     }

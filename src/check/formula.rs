@@ -88,9 +88,9 @@ fn record(function: &impl Function, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
 /// What is made of a function f before its Jacobian is taken.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Derived {
-    /// The arguments of which the rate is taken, q with f_q v and t with f_t; without any, f itself is meant.
+    /// The arguments that contribute to the rate: q contributes f_q v, and t contributes f_t; if the list is empty, f itself is used.
     pub rate: &'static [Part],
-    /// x, where the gradient (σᵀ y)_x of y = f or of its rate is taken; y is a scalar where there are no equations.
+    /// The argument x if the gradient (σᵀ y)_x is taken, with y = f or the rate of f; y is a scalar if there are no equations.
     pub gradient: Option<Part>,
 }
 

@@ -98,8 +98,8 @@ impl Pipe {
     /// Ends the program and returns the first problem.
     ///
     /// # Errors
-    /// The first failed answer: the program ended or took too long, a line was not a matrix, the program reported an error, or wrote a line
-    /// more than there were questions.
+    /// The first failed answer: the program ended or took too long, a line was not a matrix, the program reported an error, or it wrote
+    /// more lines than there were requests.
     pub fn finish(self) -> Result<(), Error> {
         let mut talk = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         talk.questions = None;

@@ -17,27 +17,28 @@ const ALIKE: f64 = 16.0;
 
 /// A point and the true block there.
 pub(crate) struct Place {
-    /// Counted from 0; behind the points stand the places where the formula bends.
+    /// Index of the place, counted from 0; the points come first, then the places at which the formula has a branch or a narrow feature.
     pub number: usize,
     pub x: Vec<f64>,
     /// The place that this one is with some arguments made small, or was found from.
     parent: Option<usize>,
-    /// The user's values, once they were asked for.
+    /// The user's values, after they have been requested.
     pub hand: DMatrix<f64>,
     /// By dual numbers.
     pub truth: DMatrix<f64>,
     pub complex_step: DMatrix<f64>,
-    /// NaN in columns that were not differenced.
+    /// Derivatives by finite differences; NaN in columns that were not differenced.
     pub differences: DMatrix<f64>,
-    /// How far the differences may be off, by their own estimate.
+    /// Estimated error of the finite differences.
     pub differences_error: DMatrix<f64>,
     /// How much the entries change when the arguments change by rounding.
     pub noise: DMatrix<f64>,
     /// The function itself, for the scale of its rows.
     function: Vec<f64>,
-    /// r_i c_j of the entries here, or what they are elsewhere if that is more and rounding may carry it here.
+    /// r_i c_j of the entries at this place, or the values of these products at another place if those are larger and their rounding errors
+    /// may occur at this place.
     pub scale: DMatrix<f64>,
-    /// What the entries may be off by: a share of r_i c_j, and rounding.
+    /// Allowed errors of the entries: a fraction of r_i c_j plus rounding.
     pub tolerance: DMatrix<f64>,
 }
 

@@ -18,16 +18,16 @@ pub(crate) type MatrixAt<'a> = Box<dyn Fn(&[f64]) -> DMatrix<f64> + 'a>;
 pub(crate) struct Block<'a> {
     pub name: String,
     pub truth: Jacobian<'a>,
-    /// What its function is itself made of by differentiation: there, too, the oracles must agree.
+    /// The derivative from which the function of this block is itself formed, if any; the references must agree for it too.
     pub foundation: Option<Jacobian<'a>>,
     pub rows: Vec<String>,
     pub columns: Vec<String>,
     pub hand: MatrixAt<'a>,
-    /// Named terms that may have been left out of it.
+    /// Named terms that may be missing in the user's block.
     pub terms: Vec<(String, MatrixAt<'a>)>,
-    /// Named matrices that it may have been mistaken for.
+    /// Named matrices that the user may have given instead of this block.
     pub others: Vec<(String, MatrixAt<'a>)>,
-    /// Changes of the points, whose true value may have been taken instead ("node i − 1").
+    /// Named changes of a point: the user may have given the true value at the changed point instead ("node i − 1").
     pub elsewhere: Vec<(String, Change<'a>)>,
 }
 
@@ -41,11 +41,11 @@ pub(crate) struct Setting<'a> {
     /// Arguments that may be moved to where the formula has a branch or a narrow feature, and the bounds of each argument.
     pub free: Vec<usize>,
     pub bounds: Vec<[f64; 2]>,
-    /// Makes a point's other arguments fit those that were moved.
+    /// Adjusts the other arguments of a point so that they are consistent with those that were moved.
     pub settle: Change<'a>,
     pub admissible: Admissible<'a>,
     pub seed: u64,
-    /// The size that each argument has.
+    /// The typical size of each argument.
     pub magnitudes: Vec<f64>,
     /// The name of each argument.
     pub arguments: Vec<String>,
@@ -53,7 +53,7 @@ pub(crate) struct Setting<'a> {
     pub groups: Vec<(String, Range<usize>)>,
     /// Numbers by which one may multiply in error.
     pub factors: Vec<(String, f64)>,
-    /// Relative to the size of an entry's row and column.
+    /// Tolerance of an entry, relative to the size of its row and column.
     pub tolerance: f64,
 }
 

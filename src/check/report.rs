@@ -10,7 +10,7 @@ use crate::Error;
 pub enum Verdict {
     /// Equal to the references within the tolerance, at every point.
     Right,
-    /// Right at every point, but no point shows all that the formula can do; a note says what is left.
+    /// Right at every point, but the points do not cover all branches or features of the formula; a note lists those not covered.
     Undecided,
     /// Different from the value on which all references agree.
     Wrong,
@@ -81,9 +81,10 @@ pub struct Entry {
     pub hand: f64,
     /// The value on which the references agree.
     pub truth: f64,
-    /// What the difference may be.
+    /// The largest allowed difference.
     pub allowed: f64,
-    /// The point where the difference is largest, counted from 0; behind the points stand those that show what these do not.
+    /// Index of the point where the difference is largest, counted from 0; the points of the check come first, then the additional points
+    /// found for features of the formula that those do not show.
     pub point: usize,
     /// The arguments there that the entry depends on, with their names.
     pub at: Vec<(String, f64)>,
@@ -99,7 +100,8 @@ pub struct BlockReport {
     pub size: (usize, usize),
     /// Number of points compared.
     pub points: usize,
-    /// And at how many points besides that were solved for because they show what these do not.
+    /// Number of additional points at which the block was compared; they were computed because they show features of the formula that the
+    /// other points do not.
     pub bends: usize,
     /// Number of points set aside because the references disagree.
     pub set_aside: usize,
@@ -109,9 +111,9 @@ pub struct BlockReport {
     pub absolute_error: f64,
     /// The largest |hand − true| relative to the size of its row and column.
     pub relative_error: f64,
-    /// A relative error of this size or more is found in whichever entry of the block it is.
+    /// A relative error of at least this size is detected in any entry of the block.
     pub tolerance: f64,
-    /// What the relative error may be, rounding included, in the entry that comes closest to it or exceeds it most.
+    /// The allowed relative error, including rounding, of the entry whose error is closest to its allowed value or exceeds it most.
     pub allowed: f64,
     /// The largest relative difference of dual numbers and complex step.
     pub complex_step_error: f64,
@@ -137,7 +139,7 @@ pub struct Report {
     pub blocks: Vec<BlockReport>,
     /// Observations that concern all blocks.
     pub notes: Vec<String>,
-    /// Why the check was not run: a tolerance that no error exceeds, no point where the formula is defined.
+    /// Reason why the check was not run, for example a tolerance that no error can exceed, or no point at which the formula is defined.
     #[cfg_attr(feature = "serde", serde(serialize_with = "as_text"))]
     pub refused: Option<Error>,
 }
@@ -168,7 +170,7 @@ macro_rules! outcome {
                 self.verdict() == Verdict::Right
             }
 
-            /// For tests.
+            /// Asserts in a test that everything is right.
             ///
             /// # Panics
             /// With the whole report, unless everything is right.
@@ -221,13 +223,13 @@ impl fmt::Display for Report {
             Verdict::Right if self.blocks.len() == 1 => "right".to_string(),
             Verdict::Right => format!("all {} blocks are right", self.blocks.len()),
             Verdict::Wrong => format!("{wrong} of {} blocks wrong", self.blocks.len()),
-            Verdict::OraclesDisagree => "the oracles disagree; see below".to_string(),
+            Verdict::OraclesDisagree => "the references disagree; see below".to_string(),
             Verdict::Undecided => "undecided: right where it was compared, but see the notes".to_string(),
             Verdict::NothingCompared | Verdict::Refused => "FAILED, because nothing was compared".to_string(),
         };
         writeln!(f, "{}: {summary}", self.title)?;
         if self.blocks.is_empty() {
-            return writeln!(f, "  hand in at least one matrix, and at least one point");
+            return writeln!(f, "  provide at least one matrix and at least one point");
         }
         let width = self.blocks.iter().map(|block| block.name.chars().count()).max().unwrap_or(0).max(5);
         writeln!(

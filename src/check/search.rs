@@ -46,7 +46,7 @@ pub(crate) struct Features<'a> {
     /// One for each branch that is known, if the formula compares values.
     forms: Vec<Form>,
     is_fixed: Vec<bool>,
-    /// The points of the check, and those found.
+    /// The points of the check and the additional points that were found.
     pub points: Vec<Known>,
     /// Variants, by form and number, that no point can show, or none that is admissible; and whether there are any of the latter.
     settled: Vec<(usize, usize)>,

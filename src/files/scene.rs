@@ -34,7 +34,7 @@ impl SceneFile {
             Some(name) => Err(wrong(
                 "`left_out`",
                 &format!(
-                    "`{name}` is no ready part that a file can hold, so it has its name alone: add it to `SceneFile::scene`"
+                    "`{name}` is not a ready-made part that a file can store, so the file contains only its name: add the part to `SceneFile::scene`"
                 ),
             )),
         }
@@ -196,7 +196,8 @@ impl Fields<'_> {
             _ => {
                 let known = || KINDS.map(|kind| kind.name).join(", ");
                 let kind = KINDS.into_iter().find(|known| known.name == kind);
-                let kind = kind.ok_or_else(|| self.wrong(&format!("there is no such kind among {}", known())))?;
+                let kind = kind
+                    .ok_or_else(|| self.wrong(&format!("this kind does not exist; the available kinds are {}", known())))?;
                 let part = self.part(kind, scene)?;
                 scene.ready(name, part);
             }
@@ -216,10 +217,12 @@ impl Fields<'_> {
         let (name, parameters) = (self.text("motion")?, self.params("parameters", scene)?);
         let known = || MOTIONS.map(|(name, _)| name).join(", ");
         let motion = MOTIONS.into_iter().find(|(known, _)| *known == name);
-        let (name, wanted) = motion.ok_or_else(|| self.wrong(&format!("`{name}` is no motion among {}", known())))?;
+        let (name, wanted) = motion.ok_or_else(|| self.wrong(&format!("`{name}` is not one of the motions {}", known())))?;
         match parameters.len() == wanted {
             true => Ok((name, parameters)),
-            false => Err(self.wrong(&format!("a {name} motion has {wanted} parameters, here are {}", parameters.len()))),
+            false => {
+                Err(self.wrong(&format!("a {name} motion has {wanted} parameters, but {} are given", parameters.len())))
+            }
         }
     }
 
@@ -230,7 +233,9 @@ impl Fields<'_> {
             None => Body::GROUND,
             Some(_) => {
                 let body = place.text("body")?;
-                scene.frame_named(body).ok_or_else(|| place.wrong(&format!("there is no body `{body}` before it")))?
+                scene
+                    .frame_named(body)
+                    .ok_or_else(|| place.wrong(&format!("no body `{body}` is defined before this part")))?
             }
         };
         let point = match kind.at_points {

@@ -69,10 +69,10 @@ impl Table {
         check_time(&header)?;
         let names: Vec<String> = header.iter().skip(1).map(str::to_string).collect();
         if names.is_empty() {
-            return Err(wrong(1, "the header has no column besides the time; columns are divided by commas"));
+            return Err(wrong(1, "the header has no column besides the time; columns must be separated by commas"));
         }
         if let Some((k, name)) = names.iter().enumerate().find(|(k, name)| names[..*k].contains(name)) {
-            return Err(wrong(1, &format!("columns {} and an earlier one are both called `{name}`", k + 2)));
+            return Err(wrong(1, &format!("column {} and an earlier column are both called `{name}`", k + 2)));
         }
         let mut table = Table { columns: vec![Vec::new(); names.len()], times: Vec::new(), names };
         for record in reader.records() {
@@ -96,7 +96,7 @@ impl Table {
             _ => {
                 // Not more of it than a message can show.
                 let cell: String = cell.chars().take(20).collect();
-                Err(wrong(line, &format!("column {}: `{cell}` is no finite number", k + 1)))
+                Err(wrong(line, &format!("column {}: `{cell}` is not a finite number", k + 1)))
             }
         };
         let t = number(&record[0], 0)?;
@@ -124,7 +124,7 @@ impl Table {
             (None, Some(_), Some(_)) => "more than one",
             (None, None, _) => "no",
         };
-        let problem = format!("there is {what} column `{name}` among {}", self.names.join(", "));
+        let problem = format!("the header has {what} column `{name}`; its columns are {}", self.names.join(", "));
         Err(Error::File { kind: "a table", place: "the header".into(), problem })
     }
 
@@ -157,7 +157,7 @@ impl Table {
                     kind: "a table",
                     place: format!("column `{}`", self.names[column]),
                     problem: format!(
-                        "it has a value at {t} s, where the grid has no node; `Grid::through` has nodes at given times"
+                        "it has a value at {t} s, where the grid has no node; use `Grid::through` to create a grid with nodes at given times"
                     ),
                 })
         };
@@ -168,7 +168,7 @@ impl Table {
         let count = self.columns.len();
         assert!(
             column < count,
-            "there is no column {column} behind the times, but {count}; `Table::column` finds one by its name"
+            "there is no column {column}: the table has {count} columns after the times; `Table::column` finds a column by its name"
         );
         &self.columns[column]
     }

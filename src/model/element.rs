@@ -109,9 +109,10 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     /// Controls.
     pub u: SVector<S, K>,
     /// Rates of the controls in a step, u̇ = (u_i − u_{i−1})/Δt_i. For [`Sum::Trapezoidal`] and [`Sum::Integral`] the cost is evaluated
-    /// twice, with the rates of the two adjacent steps, and each value has half of its step as its weight; for [`Sum::Plain`] with the rate
-    /// of the step that begins at the node; for [`Sum::AllNodes`] and a single node with that of the step that ends there, if there is one.
-    /// The gradient includes the resulting dependence on neighbouring controls and step lengths.
+    /// twice, with the rates of the two adjacent steps, and each value has half of its step as its weight. For [`Sum::Plain`] it is
+    /// evaluated with the rate of the step that begins at the node. For [`Sum::AllNodes`] and for a single node it is evaluated with the
+    /// rate of the step that ends at the node, if there is one. The gradient includes the resulting dependence on neighbouring controls and
+    /// step lengths.
     pub u_dot: SVector<S, K>,
     /// Time, s.
     pub t: S,

@@ -75,10 +75,10 @@ impl<R: Real> Grid<R> {
         Grid { start, steps, stages: 1, around: [0, 0] }
     }
 
-    /// The part of the grid between two nodes, which keep their numbers in costs at single nodes ([`Sum::Node`](crate::Sum::Node)), errors
-    /// and warnings. A node shared by two parts belongs to the first of them. Restarts remain at the nodes of the whole grid, also if a
-    /// part begins inside a macro step. A part has the order of the [`Composition`](crate::Composition) if it starts with the q and p\* of
-    /// its first node ([`Start::Momentum`](crate::Start::Momentum)).
+    /// The part of the grid between two nodes. Its nodes keep their numbers in costs at single nodes ([`Sum::Node`](crate::Sum::Node)),
+    /// errors and warnings. A node shared by two parts belongs to the first of them. Restarts remain at the nodes of the whole grid, also
+    /// if a part begins inside a macro step. A part has the order of the [`Composition`](crate::Composition) if it starts with the q and
+    /// p\* of its first node ([`Start::Momentum`](crate::Start::Momentum)).
     ///
     /// # Panics
     /// If the grid does not contain these nodes in this order.

@@ -143,9 +143,9 @@ fn length_of_gradient(problem: &mut Counted, of_cost: f64, of_c: &[f64]) -> Resu
 }
 
 /// Minimises f(x) subject to constraints and bounds by gradients alone. The Jacobian of the constraints is computed once, at the first
-/// violated point, to scale them. Where greater penalties bring them no closer, the sum of squares of their violations is minimised as by
-/// [`levenberg_marquardt`](super::levenberg_marquardt()), whatever f becomes; `watch` does not see these iterations, and the history only
-/// where they led.
+/// violated point, to scale them. If larger penalties do not reduce the violations of the constraints, the sum of squares of the violations
+/// is minimised as by [`levenberg_marquardt`](super::levenberg_marquardt()), regardless of f; these iterations are not passed to `watch`,
+/// and the history contains only their result.
 ///
 /// # Errors
 /// As [`lbfgs`](super::lbfgs()).

@@ -30,8 +30,8 @@ impl fmt::Display for Fit {
 
 impl Fit {
     /// χ² = ‖r‖², the sum of squares of the residuals. With weights 1/σ, where σ is the standard deviation of a reading, χ² of a correct
-    /// model is about the number of [`degrees_of_freedom`](Self::degrees_of_freedom), ± √2 times its root; a much larger value indicates a
-    /// wrong model or a local minimum.
+    /// model is about the number of [`degrees_of_freedom`](Self::degrees_of_freedom), with a standard deviation of √2 times the square root
+    /// of this number; a much larger value indicates a wrong model or a local minimum.
     pub fn chi_squared(&self) -> f64 {
         2.0 * self.outcome.value
     }
@@ -81,7 +81,7 @@ impl Fit {
     }
 
     /// The variables that the residuals do not determine: those without effect, and those whose effects are linearly dependent.
-    /// [`Problem::variable_name`](super::Problem::variable_name) has their names. If one of them is fixed, or with more residuals, the
+    /// [`Problem::variable_name`](super::Problem::variable_name) has their names. If one of them is fixed, or if residuals are added, the
     /// others may have standard errors.
     pub fn undetermined(&self) -> Vec<usize> {
         let (m, n) = self.jacobian.shape();

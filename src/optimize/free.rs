@@ -36,7 +36,7 @@ pub struct Free {
     pub quantity: Quantity,
     /// Bounds in the unit of the quantity.
     pub bounds: Interval,
-    /// Scale: the quantity for a variable of 1.
+    /// Scale: the value of the quantity when the optimisation variable is 1.
     pub scale: f64,
     /// True if the variable is the logarithm, for positive quantities of unknown order of magnitude.
     pub logarithm: bool,
@@ -68,7 +68,7 @@ impl Free {
         Free { bounds: Interval::new(least, most), ..self }
     }
 
-    /// Sets the scale: the quantity for a variable of 1.
+    /// Sets the scale: the value of the quantity when the optimisation variable is 1.
     pub fn scaled(self, scale: f64) -> Self {
         Free { scale, ..self }
     }

@@ -24,8 +24,8 @@ const VIOLATION: f64 = 1e-5;
 /// that was reached.
 ///
 /// # Errors
-/// As [`interior_point`](interior_point()), or an error of the first `set`. Errors of later calls of `set`, and at extrapolated starts,
-/// count as unsolved problems ([`Outcome::first_failure`]).
+/// As [`interior_point`](interior_point()), or an error of the first `set`. Errors of later calls of `set`, and errors at starting points
+/// extrapolated from the previous solutions, count as unsolved problems ([`Outcome::first_failure`]).
 pub fn homotopy<P: Problem>(
     problem: &mut P,
     start: &[f64],

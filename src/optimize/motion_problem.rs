@@ -64,7 +64,8 @@ impl<'s> MotionProblem<'s> {
         self.constraints[self.solver.system().place_of(output)] = to;
     }
 
-    /// The variables of the current inputs: those given, changed, or evaluated last with a value.
+    /// The variables of the current inputs. These are the inputs given to [`new`](Self::new), those set by [`change`](Self::change), or
+    /// those of the last point whose evaluation succeeded, whichever is most recent.
     pub fn start(&self) -> Vec<f64> {
         self.known.x.clone()
     }

@@ -19,9 +19,10 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 /// Multiple shooting (Bock and Plitt 1984): the problem of minimising J subject to constraints on outputs and to the continuity of the
 /// segments of the motion.
 ///
-/// The initial states of the segments are variables, so a guess of the motion can be given, and only the end of a segment depends on its
-/// start. Each segment is a motion of its own with σ₀ = 0. With constraints the result therefore differs from a single motion by the error
-/// of the scheme; if this matters, continue with [`inputs_at`](Self::inputs_at) of the solution as the start of a [`MotionProblem`].
+/// The initial states of the segments are variables, so a guess of the motion can be given, and the start of a segment affects the motion
+/// only up to the end of this segment. Each segment is a motion of its own with σ₀ = 0. With constraints the result therefore differs from
+/// a single motion by the error of the scheme; if this matters, continue with [`inputs_at`](Self::inputs_at) of the solution as the start
+/// of a [`MotionProblem`].
 ///
 /// J must be a sum over nodes or time, and every output such a sum or a terminal value; a terminal cost is an output to
 /// [`minimise`](Self::minimise). A term at a single node belongs to the segment that contains the node. In an output with other terms,
@@ -69,8 +70,8 @@ pub struct MultipleShooting<'s> {
 }
 
 impl<'s> MultipleShooting<'s> {
-    /// A problem with these inputs and free quantities, in a number of segments with about equal numbers of steps. `states` are as many
-    /// coordinates as degrees of freedom; with constraints the start of a segment is assembled from them.
+    /// A problem with these inputs and free quantities, in a number of segments with about equal numbers of steps. `states` lists one
+    /// coordinate for each degree of freedom; with constraints the start of a segment is assembled from these coordinates.
     ///
     /// # Errors
     /// Invalid inputs and starts, as for a [`MotionProblem`]; more segments than (macro) steps, or none; states that are too few, repeated

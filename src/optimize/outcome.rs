@@ -77,7 +77,7 @@ pub enum Reason {
     /// The value reached the target, and the constraints hold.
     Target,
     /// The gradient is below the tolerance or rounding, and the constraints hold within the tolerance or rounding. If steep slopes
-    /// determine the rounding, differences confirm them.
+    /// determine the rounding error of the gradient, these slopes are confirmed by finite differences.
     Stationary,
     /// No lower value was found along the search direction. If f jumps ([`Outcome::halved`]) or has a fold, there may be lower values
     /// beyond.
@@ -85,7 +85,8 @@ pub enum Reason {
     /// The sum of squares of the violations has a local minimum, in the units of the constraints: no feasible point is nearby. Another
     /// start or a [`homotopy`](super::homotopy()) may find a feasible point if one exists.
     Infeasible,
-    /// The value decreases without bound: it still decreases at variables so large that a unit of the start is below their rounding.
+    /// The value decreases without bound: it still decreases at variables so large that a change by the magnitude of their initial values
+    /// is below their rounding error.
     Unbounded,
     /// The last problem of a homotopy was not reached; its last call of `set` shows how far it came.
     NoWay,
@@ -111,9 +112,9 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
             Reason::Target => "the target was reached",
-            Reason::Stationary => "the gradient is as small as was asked for, or as rounding lets it be seen",
-            Reason::NoLowerValue => "there is no lower value within rounding in the direction of search",
-            Reason::Infeasible => "constraints get no closer to what they must be",
+            Reason::Stationary => "the gradient is below the tolerance or below its rounding error",
+            Reason::NoLowerValue => "no value that is lower by more than rounding was found along the search direction",
+            Reason::Infeasible => "the violation of the constraints cannot be reduced further",
             Reason::Unbounded => "the value falls without end",
             Reason::NoWay => "the last problem of the homotopy was not reached",
             Reason::Iterations => "all iterations were made",
@@ -166,7 +167,8 @@ pub struct Outcome {
     pub history: Vec<Iterate>,
     /// Warnings of the evaluation at `x` ([`Problem::warnings`]).
     pub warnings: Vec<Warning>,
-    /// Number of points with halved steps ([`Warning::HalvedSteps`]); f jumps between these and others, which may prevent lower values.
+    /// Number of points with halved steps ([`Warning::HalvedSteps`]); f jumps between these points and other points, so lower values may
+    /// not be found.
     pub halved: usize,
     /// Number of points without a value or derivatives.
     pub failures: usize,

@@ -10,9 +10,9 @@ const NO_ROOM: f64 = 100.0 * f64::EPSILON;
 /// An interval of allowed values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interval {
-    /// Lower bound; −Upper bound; ∞ if there is none.
+    /// Lower bound; −∞ if there is none.
     pub least: f64,
-    /// ∞ if there is none.
+    /// Upper bound; ∞ if there is none.
     pub most: f64,
 }
 
@@ -201,8 +201,8 @@ pub trait Problem {
         Err(Error::NoSecondDerivatives { of: "this problem, which does not implement `Problem::push_forward`".into() })
     }
 
-    /// The Gauss–Newton product Jᵀ J d at the last evaluated x, with the Jacobian J of the residuals c(x). Afterwards the last gradient is
-    /// that of Jᵀ (J d).
+    /// The Gauss–Newton product Jᵀ J d at the last evaluated x, with the Jacobian J of the residuals c(x). This call replaces the gradient
+    /// that was computed last by Jᵀ (J d).
     ///
     /// # Errors
     /// As [`push_forward`](Self::push_forward) and [`gradient`](Self::gradient).

@@ -100,14 +100,14 @@ impl<'s> Solver<'s> {
         Ok(&self.forward.motion.trajectory)
     }
 
-    /// The same inputs on an adaptive grid, on which the estimated error of every step is below the tolerance, in m or rad, or relative to
-    /// coordinates and velocities larger than 1. An error of a velocity is measured by the change of the corresponding coordinate that it
-    /// causes in the step.
+    /// The same inputs on an adaptive grid, on which the estimated error of every step is below the tolerance. The tolerance is absolute,
+    /// in m or rad, or relative for coordinates and velocities larger than 1. An error of a velocity is measured by the change of the
+    /// corresponding coordinate that it causes in the step.
     ///
     /// The given grid determines beginning and end of the motion and the kinks of controls; these nodes remain, and controls are the same
     /// functions of time. Schemes of even order need two simulations. The first determines step lengths from the error estimates alone. The
-    /// second uses a compromise between these lengths and equal ones, because errors cancel better with equal steps. The new grid is
-    /// ordinary data, and the gradient on it is exact. A cost summed over nodes ([`Sum::Plain`](crate::Sum::Plain),
+    /// second uses a compromise between these lengths and equal ones, because errors cancel better with equal steps. The new grid is then
+    /// fixed like any other grid, and the gradient on it is exact. A cost summed over nodes ([`Sum::Plain`](crate::Sum::Plain),
     /// [`Sum::AllNodes`](crate::Sum::AllNodes)) has another meaning on it; use [`Sum::Integral`](crate::Sum::Integral) for integrals.
     /// Derivatives with respect to step lengths refer to the new steps.
     ///

@@ -185,7 +185,7 @@ impl System {
     /// # Panics
     /// If `i` is not less than [`n`](Self::n).
     pub fn coordinate(&self, i: usize) -> Coordinate {
-        assert!(i < self.n, "there are {} coordinates, and no {i}", self.n);
+        assert!(i < self.n, "there are {} coordinates; index {i} does not exist", self.n);
         Coordinate(Handle::of(self.scene, i))
     }
 
@@ -194,7 +194,7 @@ impl System {
     /// # Panics
     /// If `i` is not less than [`k`](Self::k).
     pub fn control(&self, i: usize) -> Control {
-        assert!(i < self.k, "there are {} controls, and no {i}", self.k);
+        assert!(i < self.k, "there are {} controls; index {i} does not exist", self.k);
         Control(Handle::of(self.scene, i))
     }
 
@@ -208,7 +208,7 @@ impl System {
     /// # Panics
     /// If it is one of another scene.
     pub(crate) fn place_of(&self, output: Output) -> usize {
-        assert!(self.owns(output.0), "output {} is one of another scene", output.index());
+        assert!(self.owns(output.0), "output {} belongs to another scene", output.index());
         output.index()
     }
 
@@ -265,9 +265,9 @@ impl System {
         of_elements.chain(costs.map(|cost| (cost.name, cost.obstacle))).map(|(name, obstacle)| {
             let why = match obstacle {
                 None => "the scene was compiled without programs",
-                Some(Obstacle::Branches) => "its formula looks at a value (`re()`, a comparison, a branch)",
-                Some(Obstacle::IsTooLong) => "its derivatives are too long for a program",
-                Some(Obstacle::Panics) => "its formula panics where the scene was placed",
+                Some(Obstacle::Branches) => "its formula depends on a plain value (`re()`, a comparison, a branch)",
+                Some(Obstacle::IsTooLong) => "its derivatives have too many operations to be compiled into a program",
+                Some(Obstacle::Panics) => "its formula panics at the initial positions of the scene",
             };
             (name, why)
         })

@@ -173,7 +173,7 @@ fn what_is_wrong_in_a_table_is_named_with_its_line() {
     assert_says(&read("t,x\n0,1\n1,one\n"), &["line 3", "column 2", "`one`"]);
     assert_says(&read("t,x\n0,1\n1\n"), &["line 3", "1 cells", "has 2"]);
     assert_says(&read("t,x\n0,1\n0,2\n"), &["line 3", "not later"]);
-    assert_says(&read("t,x\n0,inf\n"), &["line 2", "no finite number"]);
+    assert_says(&read("t,x\n0,inf\n"), &["line 2", "not a finite number"]);
     assert_says(&read("t,x,x\n0,1,2\n"), &["`x`"]);
     assert_says(&read("t,x,y\n0,1,\n"), &["`y` has no values"]);
     for (first, other) in [("x", "t"), ("", "Time [s]"), ("u", "t (s)")] {

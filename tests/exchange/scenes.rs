@@ -193,7 +193,7 @@ fn what_a_file_cannot_hold_is_named() {
     assert!(file.scene.coordinate_named("tank.flow").is_some());
     assert!(file.scene.frame_named("link 1").is_some() && file.scene.control_named("force on the cart").is_some());
     let Err(error) = file.complete() else { panic!("it is not whole") };
-    assert_says(&error, &["left_out", "`aim`", "no ready part"]);
+    assert_says(&error, &["left_out", "`aim`", "not a ready-made part"]);
     let mut bad = Scene::new();
     bad.body("rod", f64::INFINITY, 0.1, [0.0; 3]);
     assert_says(&bad.to_json().expect_err("no number"), &["rod"]);
@@ -280,7 +280,7 @@ fn what_is_wrong_in_a_scene_is_named_with_its_place() {
     assert_says(&change("\"version\": 1", "\"version\": 2, \"version\": 1"), &["line", "`version` stands here twice"]);
     let twice = "\"at\": [0.0, 0.0], \"body\": \"bob\", \"body\": \"bob\"";
     assert_says(&change("\"body\": \"bob\"", twice), &["line", "column", "stands here twice"]);
-    assert_says(&change("\"kind\": \"weld\"", "\"kind\": \"wold\""), &["`glue`", "no such kind", "weld"]);
+    assert_says(&change("\"kind\": \"weld\"", "\"kind\": \"wold\""), &["`glue`", "this kind does not exist", "weld"]);
     assert_says(&change("\"body\": \"bob\"", "\"body\": \"bib\""), &["no body `bib`"]);
     assert_says(
         &change("\"force\": \"push on the cart\"", "\"force\": \"pull\""),

@@ -205,7 +205,9 @@ fn formulas_that_are_less_than_they_seem_move_as_their_plain_formulas() {
         scene
     };
     let compiled = scene().compile().expect("a scene");
-    assert!(compiled.without_programs().eq([("kink", "its formula looks at a value (`re()`, a comparison, a branch)")]));
+    assert!(
+        compiled.without_programs().eq([("kink", "its formula depends on a plain value (`re()`, a comparison, a branch)")])
+    );
     assert!(compiled.program("traps").expect("an element").contains("second derivatives of `traps`"));
     against_plain("traps", scene());
     against_dual_numbers("traps", [scene(), scene()], 0.01);

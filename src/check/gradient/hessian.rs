@@ -141,7 +141,7 @@ pub struct HessianRow {
     pub reference: f64,
     /// Error of the reference: 0 for hyper-dual numbers, ∞ if there is no reference.
     pub uncertainty: f64,
-    /// Scale of the errors: the larger √Σ (H b)_j² a_j² of both products; 0 if all of it is rounding.
+    /// Scale of the errors: the larger value of √Σ (H b)_j² a_j² for the two products; 0 if it is not larger than rounding errors.
     pub size: f64,
     /// The outcome.
     pub verdict: Verdict,

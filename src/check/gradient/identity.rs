@@ -23,12 +23,12 @@ use crate::{AdjointVariables, Error, Gradient, Inputs};
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Identity {
-    /// Largest difference of both sides, relative to the largest of their terms or to their rounding
+    /// Largest difference between the two sides of the identity, relative to the largest of their terms or to their rounding error
     /// ([`DirectionReport::floor`](super::DirectionReport)).
     pub worst: f64,
     /// The node of the largest difference.
     pub node: usize,
-    /// The node nearest to the end at which the sides differ, if any: the error is in the sweep's contribution of this node.
+    /// The last node at which the two sides differ, if any: the error is in the contribution of this node to the backward sweep.
     pub first_wrong: Option<usize>,
 }
 

@@ -30,7 +30,7 @@ pub(super) struct Way<'a, R: Real> {
     subject: Subject<'a>,
     solver: LiftedSolver<'a, R>,
     beside: RefCell<Solver<'a>>,
-    /// Whether the motion does on these numbers.
+    /// True if the motion can be computed with this number type.
     pub goes_through: bool,
     /// The largest [`LiftedSolver::rounding`] of all motions.
     pub rounding: f64,

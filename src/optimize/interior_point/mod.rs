@@ -28,10 +28,10 @@ const MOST_IDLE: usize = 10;
 const ROUNDING: f64 = 1e-14;
 
 /// Minimises f(x) subject to constraints and bounds with exact products of the Hessian ([`Problem::product`]). The Jacobian of the
-/// constraints costs one right-hand side of a backward sweep for each. A start at a bound is moved inside by a hundredth of the bound (of
-/// the largest variable, or of 1, if it is 0) or of the distance to the other bound, or by less if the problem has no value there. If the
-/// violation does not decrease, up to 100 iterations of a feasibility phase minimise it regardless of f; they count as iterations, but are
-/// neither passed to `watch` nor in the history, except for their end.
+/// constraints costs one right-hand side of a backward sweep for each constraint. A start at a bound is moved inside by a hundredth of the
+/// bound or of the distance to the other bound, whichever is smaller; if the bound is 0, the largest variable, or 1, takes its place. It is
+/// moved by less if the problem has no value at the moved start. If the violation does not decrease, up to 100 iterations of a feasibility
+/// phase minimise it regardless of f; they count as iterations, but are neither passed to `watch` nor in the history, except for their end.
 ///
 /// # Errors
 /// Invalid sizes, bounds or options, or a problem without Hessian products.

@@ -9,8 +9,7 @@ pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
     if let Some((_, name)) = system.sums(0).find(|(sum, _)| *sum == Sum::Terminal) {
         return refuse(
             name,
-            "a cost must be a sum over nodes or time there; make what holds at the end an output, and `minimise` it, or let it count at the last node, N: \
-             `Sum::Node(N)`",
+            "each cost must be a sum over nodes or time; for a terminal cost, use an output and call `minimise` for it, or evaluate the cost at the last node, N: `Sum::Node(N)`",
         );
     }
     let mut all = Vec::with_capacity(system.outputs());
@@ -23,8 +22,7 @@ pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
         if running && terminal {
             return refuse(
                 system.output_name(k),
-                "an output is a sum over nodes or time or a terminal value there; let what holds at the end count at the last node, N: `Sum::Node(N)` in the place of \
-                 `Sum::Terminal`",
+                "each output must be either a sum over nodes or time, or a terminal value; evaluate the terminal term at the last node, N: `Sum::Node(N)` instead of `Sum::Terminal`",
             );
         }
         all.push(running);
@@ -52,7 +50,7 @@ fn check_states(system: &System, inputs: &Inputs, states: &[EndState]) -> Result
     };
     if states.len() < freedoms {
         let (what, value) = ("the number of states at the end".to_string(), states.len() as f64);
-        return Err(Error::Parameter { what, value, must_be: "that of the degrees of freedom (`Scene::end_state`)" });
+        return Err(Error::Parameter { what, value, must_be: "the number of degrees of freedom (`Scene::end_state`)" });
     }
     Ok(())
 }
@@ -68,10 +66,10 @@ pub(super) fn check(
     let steps = inputs.grid.macro_ends().count();
     if segments == 0 || segments > steps {
         let (what, value) = ("the number of segments".to_string(), segments as f64);
-        return Err(Error::Parameter { what, value, must_be: "at least 1 and at most that of the (macro) steps" });
+        return Err(Error::Parameter { what, value, must_be: "at least 1 and at most the number of (macro) steps" });
     }
     if let Some(name) = system.cost_of_multipliers().filter(|_| segments > 1) {
-        let why = "it depends on σ, p* or dp*/dt, which begin anew with every segment; accelerations and reactions λ do not";
+        let why = "it depends on σ, p* or dp*/dt, which restart with every segment; use accelerations and reactions λ, which do not restart";
         return Err(Error::NotInSegments { what: format!("`{name}`"), why });
     }
     check_states(system, inputs, states)?;
@@ -80,12 +78,12 @@ pub(super) fn check(
         !matches!(free.quantity, LinearControl(..) | PiecewiseControl(..) | SplineControl(..) | StepLength(_))
     };
     if let Some(of) = free.iter().find(|of| !is_whole(of)) {
-        let why = "controls are free at all nodes there, and step lengths by their sum";
+        let why = "controls can be free only at all nodes, and step lengths only through their sum, the duration";
         return Err(Error::NotInSegments { what: format!("{:?}", of.quantity), why });
     }
     let is_duration = |of: &Free| of.quantity == Quantity::Duration;
     if let Some(name) = system.timed().filter(|_| segments > 1 && free.iter().any(is_duration)) {
-        let why = "it depends on time itself, and segments would begin at other times; fix the duration";
+        let why = "it depends explicitly on time, and a change of the duration would change the start times of the segments; fix the duration";
         return Err(Error::NotInSegments { what: format!("`{name}` and a free duration"), why });
     }
     Ok(())

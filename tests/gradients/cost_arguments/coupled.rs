@@ -144,7 +144,7 @@ fn costs_on_lists_of_any_length_have_exact_gradients() {
                     cart.scene.list_cost("everything", Branching, Sum::Integral, &q, &sigma, &u, &b);
                 }
             });
-            let branching = [("everything", "its formula looks at a value (`re()`, a comparison, a branch)")];
+            let branching = [("everything", "its formula depends on a plain value (`re()`, a comparison, a branch)")];
             assert!(system.without_programs().eq(branching.into_iter().filter(|_| !has_program)));
             let inputs = lively(&system, Grid::uniform(5, 0.02));
             for settings in [Settings::default(), Settings { scheme: Scheme::ESDIRK4, ..Settings::default() }] {
