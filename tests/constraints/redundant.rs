@@ -318,7 +318,7 @@ fn costs_that_read_a_shared_reaction_are_named_and_the_check_says_so() {
     };
     assert_eq!((costs.join(" "), equations.join(" ")), ("reaction".into(), "`hinge 1` (equation 0)".into()));
     println!("{report}");
-    assert!(!report.passed() && report.to_string().contains("is read by `reaction`"), "{report}");
+    assert!(!report.passed() && report.to_string().contains("enters `reaction`"), "{report}");
     for (hinges, is_read, count) in [(1, true, 0), (2, false, 1)] {
         let (warnings, report) = of(hinges, is_read);
         assert!(warnings.len() == count && report.warnings.len() == count, "{warnings:?}");
