@@ -64,24 +64,26 @@ impl Graph {
 
     /// The graph of some results, with the nodes whose sign no function sees made anew, and the results in it.
     pub(super) fn loosened(&self, results: &[Node]) -> (Self, Vec<Node>) {
-        let (seen, mut graph) = (self.sees_signs(results), Graph::default());
-        let mut map = vec![Node(u32::MAX); self.len()];
-        for node in self.reachable(results.iter().copied()) {
-            graph.is_loose = !seen[node.index()];
-            map[node.index()] = graph.make(self.expression(node).map(|x| map[x.index()]));
-        }
+        let seen = self.sees_signs(results);
+        let (graph, map) = self.remade(results.iter().copied(), |node| !seen[node.index()]);
         (graph, results.iter().map(|node| map[node.index()]).collect())
     }
 
     /// The graph without regard to the signs of zeros, which derivatives do not depend on, with the values asked for, and the results in it.
     pub(crate) fn without_signs(&self, results: &[Node]) -> (Self, Vec<Node>) {
-        let mut graph = Graph { is_loose: true, ..Graph::default() };
-        let mut map = vec![Node(u32::MAX); self.len()];
-        for node in self.reachable(results.iter().chain(&self.looked_at).copied()) {
-            map[node.index()] = graph.make(self.expression(node).map(|x| map[x.index()]));
-        }
+        let (mut graph, map) = self.remade(results.iter().chain(&self.looked_at).copied(), |_| true);
         graph.looked_at = self.looked_at.iter().map(|node| map[node.index()]).collect();
         (graph, results.iter().map(|node| map[node.index()]).collect())
+    }
+
+    /// The nodes that some are made of, made anew with or without regard to the signs of zeros, and where each of them is.
+    fn remade(&self, of: impl Iterator<Item = Node>, is_loose: impl Fn(Node) -> bool) -> (Self, Vec<Node>) {
+        let (mut graph, mut map) = (Graph::default(), vec![Node(u32::MAX); self.len()]);
+        for node in self.reachable(of) {
+            graph.is_loose = is_loose(node);
+            map[node.index()] = graph.make(self.expression(node).map(|x| map[x.index()]));
+        }
+        (graph, map)
     }
 
     /// Keeps the signs of zeros in the nodes where a function that some results are made of sees them, and in no others.
