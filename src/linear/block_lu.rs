@@ -1,4 +1,4 @@
-//! Block LU, node by node.
+//! Block LU factorisation, node by node.
 
 use super::factorization::{Breakdown, Factorization, RightSide};
 use super::kernel::State;
@@ -6,7 +6,7 @@ use super::lu::{self, Cancelled};
 use super::node::Node;
 use super::symbolic::Symbolic;
 
-/// The values of one matrix, then their factors.
+/// The values of a matrix, overwritten by their factors.
 #[derive(Debug, Clone)]
 pub(crate) struct BlockLu {
     values: Vec<f64>,
@@ -75,7 +75,7 @@ impl Factorization for BlockLu {
 }
 
 impl BlockLu {
-    /// The number of negative eigenvalues, by Sylvester's law of inertia: those of D of every node, if the values were symmetric.
+    /// The number of negative eigenvalues if the values were symmetric: by Sylvester's law of inertia, the sum of those of D over all nodes.
     pub(super) fn negative_eigenvalues(&self, symbolic: &Symbolic) -> usize {
         let of_node = |node: &Node| {
             let factors = &self.values[node.start..][..node.size * node.size];

@@ -1,4 +1,4 @@
-//! The choice of the unknowns that are condensed: eliminated one by one, ahead of all groups.
+//! Choice of the condensed unknowns, which are eliminated one by one before all groups.
 
 use std::collections::BTreeSet;
 
@@ -12,7 +12,7 @@ pub(super) struct Condensed {
     pub(super) neighbours: Vec<usize>,
 }
 
-/// Chooses the condensed unknowns in the order of their elimination and takes them out of `graph`.
+/// Chooses the condensed unknowns in the order of their elimination and removes them from `graph`.
 ///
 /// A constant unknown is condensed if its pivot cannot vanish structurally and if its elimination joins
 /// no two groups that are not adjacent already.
@@ -48,13 +48,13 @@ struct Search<'a> {
     group_of: Vec<usize>,
     graph: &'a mut Graph,
     gone: Vec<bool>,
-    /// Constant unknowns with and without a structurally nonzero diagonal that have to be looked at (again): of all others it is known that
-    /// they cannot be condensed before a neighbour is.
+    /// Constant unknowns with and without a structurally nonzero diagonal that must be examined (again). All others are known not to be condensable
+    /// before one of their neighbours is condensed.
     due: [BTreeSet<usize>; 2],
 }
 
 impl Search<'_> {
-    /// Condenses what can be among the unknowns with (or without) a structurally nonzero diagonal, in ascending order.
+    /// Condenses unknowns with (or without) a structurally nonzero diagonal where possible, in ascending order.
     fn pass(&mut self, diagonal: bool, condensed: &mut Vec<Condensed>) {
         let mut from = 0;
         while let Some(&unknown) = self.due[usize::from(!diagonal)].range(from..).next() {
@@ -71,13 +71,13 @@ impl Search<'_> {
         }
     }
 
-    /// The diagonal is structurally nonzero, or all coordinates that touch it are gone and have filled it.
+    /// True if the diagonal is structurally nonzero, or if all coordinates coupled to the unknown are eliminated and have filled it.
     fn has_pivot(&self, unknown: usize) -> bool {
         let mut coordinates = self.original.neighbours(unknown).filter(|&n| self.diagonal[n]).peekable();
         self.diagonal[unknown] || (coordinates.peek().is_some() && coordinates.all(|n| self.gone[n]))
     }
 
-    /// The neighbours lie in one group, or in two that are adjacent.
+    /// True if the neighbours lie in one group, or in two adjacent ones.
     fn adds_no_group_edge(&self, unknown: usize) -> bool {
         let mut groups = self.graph.neighbours(unknown).map(|n| self.group_of[n]);
         let Some(a) = groups.next() else { return true };
@@ -85,7 +85,7 @@ impl Search<'_> {
         groups.all(|c| c == a || c == b) && self.adjacent((a, b), self.group_of[unknown])
     }
 
-    /// Whether two groups are adjacent, which they are if an unknown of the one, as the one in question, has neighbours in the other.
+    /// Whether two groups are adjacent. They are if one of them is `own`, the group of an unknown that has neighbours in both.
     fn adjacent(&self, (a, b): (usize, usize), own: usize) -> bool {
         let members = |g: usize| self.pattern.groups[g].unknowns.iter();
         let degree = |g: usize| members(g).map(|&u| self.graph.degree(u)).sum::<usize>();

@@ -5,29 +5,29 @@ use super::node::PanelEntry;
 use super::symbolic::{Step, Symbolic};
 use crate::number::minus_product;
 
-/// A condensed pivot must exceed this fraction of the magnitudes that were added up in it.
+/// Smallest accepted ratio of a condensed pivot to the sum of the magnitudes of its terms.
 ///
-/// Other entries of its row have other units and say nothing about it.
+/// Other entries of the row have other units and are therefore not compared with the pivot.
 const SMALLEST_PIVOT: f64 = 1e-13;
 
-/// Constant entries, and what their elimination leaves: with c the condensed unknowns and f the others, S = K_ff − K_fc K_cc⁻¹ K_cf.
+/// Constant entries after condensation: S = K_ff − K_fc K_cc⁻¹ K_cf, where c are the condensed unknowns and f the others.
 #[derive(Debug, Clone)]
 pub(super) struct Constant {
-    /// S by panels, and behind it what the elimination of each condensed unknown needs: [pivot, row, column].
+    /// S by panels, followed by the entries used to eliminate each condensed unknown: [pivot, row, column].
     entries: Vec<f64>,
-    /// The diagonal of S, from the first unknown that is not condensed on, and what else of it is not zero.
+    /// The diagonal of S, from the first unknown that is not condensed on, and the other nonzero entries of S.
     diagonal: Vec<f64>,
     reduced: Vec<Coupling>,
     /// 1/p of the condensed unknowns.
     inverse: Vec<f64>,
-    /// K_cj/p and K_jc/p for a condensed unknown c with pivot p and its neighbours j at its elimination, in the order of the elimination.
+    /// K_cj/p and K_jc/p for each condensed unknown c with pivot p and its neighbours j when it is eliminated, in the order of elimination.
     couplings: Vec<Coupling>,
     scale: Vec<f64>,
     panels: usize,
     worst: f64,
 }
 
-/// The entries (c, j) and (j, c) of a matrix, by positions.
+/// The entries (c, j) and (j, c) of a matrix, by position.
 #[derive(Debug, Clone, Copy)]
 struct Coupling {
     c: u32,
@@ -61,17 +61,17 @@ impl Constant {
         }
     }
 
-    /// What the panels hold before the varying entries are added.
+    /// The values of the panels before the varying entries are added.
     pub(super) fn image(&self) -> &[f64] {
         &self.entries[..self.panels]
     }
 
-    /// Magnitudes that the condensation added to the diagonal entries, per position.
+    /// Sums of magnitudes that the condensation added to the diagonal entries, by position.
     pub(super) fn scale(&self) -> &[f64] {
         &self.scale
     }
 
-    /// The largest ratio of the magnitudes added up in a pivot to the pivot.
+    /// The largest ratio of the magnitudes added up in a condensed pivot to the pivot.
     pub(super) fn worst(&self) -> f64 {
         self.worst
     }
@@ -81,11 +81,11 @@ impl Constant {
         self.inverse.iter().copied()
     }
 
-    /// Sums up entries by places and eliminates the condensed unknowns:
+    /// Sums the entries by place and eliminates the condensed unknowns:
     /// K_ij −= K_ic K_cj / K_cc for all neighbours i, j of c.
     ///
     /// # Errors
-    /// A pivot that vanishes, or vanishes against its summands.
+    /// A pivot vanishes or is negligible compared with its terms.
     pub(super) fn set(&mut self, symbolic: &Symbolic, entries: impl Iterator<Item = (usize, f64)>) -> Result<(), Breakdown> {
         self.entries.fill(0.0);
         self.scale.fill(0.0);
@@ -140,7 +140,7 @@ impl Constant {
         Ok(())
     }
 
-    /// Lists the couplings of an eliminated unknown.
+    /// Stores the couplings of an eliminated unknown.
     fn couple(&mut self, position: usize, step: &Step) {
         let (row, column) = self.entries[step.run()][1..].split_at(step.neighbours.len());
         let inverse = self.inverse[position];
@@ -163,7 +163,7 @@ impl Constant {
         }
     }
 
-    /// The largest |S_ij x_j|, times the weight of row i (counted without the condensed unknowns).
+    /// The largest |S_ij x_j| times the weight of row i (rows are numbered without the condensed unknowns).
     pub(super) fn largest_reduced_product(&self, x: &[f64], weight: impl Fn(usize) -> f64) -> f64 {
         let first = self.inverse.len();
         let mut largest = 0.0f64;
@@ -179,11 +179,11 @@ impl Constant {
         largest
     }
 
-    // In the order of their elimination the condensed unknowns c do, with their neighbours j (condensed later, or not at all):
-    //   forward: x_j −= (K_jc/p) x_c,   backward, in reverse: x_c := (x_c − Σ K_cj x_j)/p.
-    // Nothing but its own pivot scales x_c, so all reciprocals may come first, or last.
+    // Let c be a condensed unknown and j its neighbours (condensed later, or not at all). In the order of elimination,
+    //   forward: x_j −= (K_jc/p) x_c;   backward, in reverse order: x_c := (x_c − Σ K_cj x_j)/p.
+    // Only its own pivot scales x_c, so all reciprocals may be applied first, or last.
 
-    /// x_f −= K_fc K_cc⁻¹ x_c, half way: x_c is left as `backward` wants it.
+    /// x_f −= K_fc K_cc⁻¹ x_c; x_c is left partly eliminated, as `backward` requires.
     pub(super) fn forward(&self, x: &mut [f64]) {
         for at in &self.couplings {
             x[at.j as usize] = minus_product(x[at.j as usize], at.column, x[at.c as usize]);

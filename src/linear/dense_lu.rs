@@ -1,10 +1,10 @@
-//! Reference solver behind [`Factorization`] for tests: nalgebra's dense LU, which interchanges any rows.
+//! Reference implementation of [`Factorization`] for tests: nalgebra's dense LU, which may interchange any rows.
 
 use super::factorization::{Breakdown, Factorization, RightSide};
 use super::symbolic::Symbolic;
 use nalgebra::{DMatrix, DVectorViewMut, Dyn, LU};
 
-/// Dense factors of S and of Sᵀ; allocates at every factorisation.
+/// Dense factors of S and of Sᵀ; allocates in every factorisation.
 pub(crate) struct DenseLu {
     values: Vec<f64>,
     condensed: usize,

@@ -1,13 +1,13 @@
-//! Scaling rows and columns of a matrix, so that ranks do not depend on the units of its entries.
+//! Scaling of the rows and columns of a matrix, so that ranks do not depend on the units of its entries.
 
 use nalgebra::DMatrix;
 
-/// How often rows and columns take turns; each turn roughly squares what is left of the units.
+/// The number of alternations between rows and columns; the influence of the units decreases rapidly with each.
 const TURNS: usize = 12;
 
-/// Divides rows and columns by their norms in turns until all are about 1.
+/// Divides rows and columns alternately by their norms until all norms are about 1.
 ///
-/// The result is the same for R A C with any diagonal R and C, so whatever the units of rows and columns are.
+/// At convergence, the result is the same for R A C with any diagonal R and C, that is, for any units of rows and columns.
 pub(crate) fn equilibrate(matrix: &mut DMatrix<f64>) {
     for _ in 0..TURNS {
         for mut row in matrix.row_iter_mut() {

@@ -1,19 +1,19 @@
-//! What a direct solver has to do, and all that the rest of the crate knows of it.
+//! The interface of a direct solver: all that the rest of the crate uses.
 
 use super::symbolic::Symbolic;
 
-/// A pivot that vanishes: the matrix is singular, or nearly so, where `unknown` is eliminated.
+/// A vanishing pivot: the matrix is singular, or nearly so, where `unknown` is eliminated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Breakdown {
     /// The unknown, in the caller's numbering.
     pub(crate) unknown: usize,
-    /// The pivot found.
+    /// The pivot.
     pub(crate) pivot: f64,
-    /// The magnitude it had to be compared with.
+    /// The magnitude with which the pivot was compared.
     pub(crate) scale: f64,
 }
 
-/// What is solved for along with a factorisation, in place.
+/// The right-hand side that is solved for, in place, together with a factorisation.
 #[derive(Debug)]
 pub(crate) enum RightSide<'a> {
     None,
@@ -23,21 +23,21 @@ pub(crate) enum RightSide<'a> {
     OfTransposed(&'a mut [f64]),
 }
 
-/// Direct solution with a sequence of matrices S of one pattern.
+/// Direct solution of systems with a sequence of matrices S of one pattern.
 ///
-/// The values of S stand in the slots that [`Symbolic::slot`] tells. Vectors go by positions; the condensed unknowns come first
-/// in them and are none of the solver's business.
+/// The values of S are stored in the slots that [`Symbolic::slot`] returns. Vectors are ordered by position; the condensed unknowns come first,
+/// and the solver does not use them.
 pub(crate) trait Factorization {
-    /// For matrices of a pattern; all calls take the same one, and nothing is allocated after this.
+    /// Allocates for matrices of a pattern; all later calls must use the same pattern and do not allocate.
     fn new(symbolic: &Symbolic) -> Self;
 
-    /// The values by slots, all to be set before every `factor`, which may overwrite them.
+    /// The values by slot. All must be set before every call of `factor`, which may overwrite them.
     fn values_mut(&mut self) -> &mut [f64];
 
-    /// Factors S and solves with it; `magnitudes` were added up in the diagonal before, by positions.
+    /// Factorises S and solves with it; `magnitudes`, by position, have already been added up in the diagonal.
     ///
     /// # Errors
-    /// A pivot that is not finite or vanishes against the magnitudes that were added up in it; the right-hand side is then lost.
+    /// A pivot is not finite or negligible compared with the magnitudes that were added up in it; the right-hand side is then lost.
     fn factor(&mut self, symbolic: &Symbolic, magnitudes: &[f64], with: RightSide<'_>) -> Result<(), Breakdown>;
 
     /// Solves S x = r in place.
@@ -49,9 +49,9 @@ pub(crate) trait Factorization {
     /// The largest ratio, at least 1, of the magnitudes that were added up in a pivot to the pivot.
     fn worst_loss(&self) -> f64;
 
-    /// The magnitudes that were added up in the pivots, by positions.
+    /// The magnitudes that were added up in the pivots, by position.
     fn magnitudes(&self) -> &[f64];
 
-    /// The reciprocal pivots in the order of their positions.
+    /// The reciprocal pivots, by position.
     fn reciprocal_pivots<'a>(&'a self, symbolic: &'a Symbolic) -> impl Iterator<Item = f64> + 'a;
 }

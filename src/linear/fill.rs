@@ -1,4 +1,4 @@
-//! The fill that the elimination of each vertex of a graph would cause, kept up to date while vertices are eliminated.
+//! The fill that the elimination of each vertex of a graph would cause, updated while vertices are eliminated.
 //!
 //! Vertices have weights s. With N(w) the neighbours of w and D(w) = Σ s_a over them, the fill Σ s_a s_b over the pairs a, b of N(w) that are not
 //! adjacent changes with an edge {a, b} by
@@ -8,11 +8,11 @@
 //!   fill(a) += s_b (D(a) − C),       fill(b) += s_a (D(b) − C),       C = Σ s_w over N(a) ∩ N(b)
 //! ```
 //!
-//! so that an edge costs as much as its end with fewer neighbours has of them, however many the other has.
+//! so the cost of an edge is proportional to the smaller degree of its two ends.
 
 use super::graph::Graph;
 
-/// A weighted graph under elimination, with the fill and the degree D of every vertex that is left.
+/// A weighted graph under elimination, with the fill and the degree D of every remaining vertex.
 pub(super) struct Fill<'a> {
     graph: Graph,
     sizes: &'a [usize],
@@ -21,7 +21,7 @@ pub(super) struct Fill<'a> {
 }
 
 impl<'a> Fill<'a> {
-    /// That of a graph whose vertices have these weights.
+    /// Computes the fill of a graph whose vertices have these weights.
     pub(super) fn new(graph: &Graph, sizes: &'a [usize]) -> Self {
         let zeros = || vec![0; sizes.len()];
         let mut fill = Fill { graph: Graph::new(sizes.len()), sizes, fill: zeros(), degree: zeros() };
@@ -41,7 +41,7 @@ impl<'a> Fill<'a> {
         self.degree[w]
     }
 
-    /// Eliminates a vertex; returns its neighbours, ascending, and writes all vertices whose fill or degree has changed.
+    /// Eliminates a vertex; returns its neighbours in ascending order and appends all vertices whose fill or degree changed to `changed`.
     pub(super) fn eliminate(&mut self, v: usize, changed: &mut Vec<usize>) -> Vec<usize> {
         changed.clear();
         let clique: Vec<usize> = self.graph.neighbours(v).collect();
@@ -60,7 +60,7 @@ impl<'a> Fill<'a> {
         clique
     }
 
-    /// Adds an edge if it is not there; its ends are not among what it writes.
+    /// Adds an edge if it does not exist; its ends are not appended to `changed`.
     fn connect(&mut self, (a, b): (usize, usize), changed: &mut Vec<usize>) {
         if self.graph.adjacent(a, b) {
             return;

@@ -1,8 +1,8 @@
-//! GMRES (Y. Saad and M. H. Schultz, 1986): A x = b by products with A alone, for a matrix close to one whose factors are known.
+//! GMRES (Y. Saad and M. H. Schultz, 1986): solves A x = b by products with A alone, for A close to a matrix whose factors are known.
 
 use crate::number::dot;
 
-/// Solves A x = b up to a residual of `tolerance` times |b|, or as far as `most` products lead; A and b are preconditioned.
+/// Solves A x = b until the residual is at most `tolerance` times |b|, or until `most` products were computed; A and b are preconditioned.
 pub(crate) fn gmres(b: &[f64], tolerance: f64, most: usize, mut product: impl FnMut(&[f64]) -> Vec<f64>) -> Vec<f64> {
     let norm = |x: &[f64]| dot(x, x).sqrt();
     let size = norm(b);
@@ -11,12 +11,12 @@ pub(crate) fn gmres(b: &[f64], tolerance: f64, most: usize, mut product: impl Fn
         return x;
     }
     let mut basis: Vec<Vec<f64>> = vec![b.iter().map(|b| b / size).collect()];
-    // The triangle R of the least-squares problem by columns, the rotations that made it, and its right-hand side.
+    // The triangle R of the least-squares problem by columns, the rotations that produced it, and its right-hand side.
     let (mut triangle, mut rotations, mut right): (Vec<Vec<f64>>, Vec<[f64; 2]>, Vec<f64>) = (vec![], vec![], vec![size]);
     for k in 0..most.min(b.len()) {
         let mut next = product(&basis[k]);
         let mut column = vec![0.0; k + 1];
-        // Twice is enough to make it orthogonal to rounding.
+        // Two passes make the vector orthogonal to rounding error.
         for _ in 0..2 {
             for (entry, direction) in column.iter_mut().zip(&basis) {
                 let along = dot(&next, direction);

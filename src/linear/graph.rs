@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 #[cfg(test)]
 thread_local! {
-    /// How often a neighbour was looked at or moved in this thread.
+    /// The number of neighbours visited or moved by this thread.
     pub(super) static VISITS: std::cell::Cell<usize> = const { std::cell::Cell::new(0) };
 }
 
-/// Counts visits in tests.
+/// Counts visits, in tests only.
 fn count(_visits: usize) {
     #[cfg(test)]
     VISITS.set(VISITS.get() + _visits);
@@ -47,13 +47,13 @@ impl Graph {
         self.neighbours[v].len()
     }
 
-    /// The neighbours that two vertices share, in time that depends on the smaller of their degrees.
+    /// The common neighbours of two vertices, found in time that depends on the smaller of their degrees.
     pub(super) fn common(&self, a: usize, b: usize) -> impl Iterator<Item = usize> {
         let (few, many) = if self.degree(a) < self.degree(b) { (a, b) } else { (b, a) };
         self.neighbours(few).filter(move |&w| self.adjacent(w, many))
     }
 
-    /// Adds the edge {a, b}; a loop is left out.
+    /// Adds the edge {a, b}; a loop is ignored.
     pub(super) fn connect(&mut self, a: usize, b: usize) {
         if a != b {
             self.neighbours[a].insert(b);
@@ -61,7 +61,7 @@ impl Graph {
         }
     }
 
-    /// Takes vertex `v` out, joins its neighbours to one another (the fill), and returns them.
+    /// Removes vertex `v`, connects its neighbours to one another (the fill), and returns them.
     pub(super) fn eliminate(&mut self, v: usize) -> Vec<usize> {
         let clique = self.remove(v);
         count(clique.len() * clique.len());
@@ -71,7 +71,7 @@ impl Graph {
         clique
     }
 
-    /// Takes vertex `v` out with its edges and returns its neighbours.
+    /// Removes vertex `v` with its edges and returns its neighbours.
     pub(super) fn remove(&mut self, v: usize) -> Vec<usize> {
         let neighbours: Vec<usize> = std::mem::take(&mut self.neighbours[v]).into_iter().collect();
         for &a in &neighbours {
@@ -80,7 +80,7 @@ impl Graph {
         neighbours
     }
 
-    /// The graph of the classes of vertices, two of them adjacent if members of theirs are.
+    /// The graph of the classes of vertices; two classes are adjacent if they contain adjacent vertices.
     pub(super) fn quotient(&self, classes: usize, class_of: &[usize]) -> Graph {
         let mut quotient = Graph::new(classes);
         for a in 0..self.size() {

@@ -1,6 +1,6 @@
-//! The arithmetic on the panel of one node, compiled for each of the small sizes.
+//! The arithmetic on the panel of one node, compiled separately for each of the small sizes.
 //!
-//! With P D = L_D U_D the elimination overwrites U by L_D⁻¹P U and L by L U_D⁻¹, and subtracts the
+//! With P D = L_D U_D, the elimination replaces U by L_D⁻¹P U and L by L U_D⁻¹, and subtracts the
 //! products of their lines from the later panels.
 
 use super::factorization::RightSide;
@@ -18,15 +18,15 @@ use std::ops::Range;
 pub(super) struct State<'a> {
     /// All panels.
     pub(super) values: &'a mut [f64],
-    /// Row interchanges, per position.
+    /// Row interchanges, by position.
     pub(super) swaps: &'a mut [usize],
-    /// Magnitudes added to the diagonal entries, per position.
+    /// Magnitudes added to the diagonal entries, by position.
     pub(super) scale: &'a mut [f64],
 }
 
-/// The work on one node, compiled for each of the sizes.
+/// The operations on one node, compiled for each of the sizes.
 pub(super) trait NodeKernel: Debug + Sync {
-    /// Factors the panel, updates the later ones and returns the worst ratio of `lu::factor`.
+    /// Factorises the panel, updates the later ones and returns the worst ratio of `lu::factor`.
     fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled>;
     /// x_a := L_D⁻¹P x_a, then x_b −= L_b x_a.
     fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
@@ -38,9 +38,9 @@ pub(super) trait NodeKernel: Debug + Sync {
     fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
 }
 
-/// The work on consecutive nodes of one kind: one virtual call for all of them.
+/// The operations on consecutive nodes of one kind, with one virtual call for all of them.
 pub(super) trait Kernel: Debug + Sync {
-    /// Eliminates node after node, in the right-hand side too; the error names the position of a cancelled pivot.
+    /// Eliminates node after node, also in the right-hand side; the error contains the position of a cancelled pivot.
     fn eliminate(&self, nodes: &[Node], state: &mut State<'_>, with: &mut RightSide<'_>) -> Result<f64, Cancelled>;
     fn forward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
     fn backward(&self, nodes: &[Node], values: &[f64], swaps: &[usize], x: &mut [f64]);
@@ -80,7 +80,7 @@ impl<K: NodeKernel> Kernel for K {
     }
 }
 
-/// The kernels for nodes of `size` unknowns; `linked` ones couple to no later node but one of their own size.
+/// The kernels for nodes of `size` unknowns; `linked` nodes couple to at most one later node, which has their own size.
 pub(super) fn kernel(size: usize, linked: bool) -> &'static dyn Kernel {
     match size {
         1 if linked => &Link::<1>,

@@ -1,10 +1,10 @@
-//! The kernel for a node of one, two or three unknowns that couples to at most one later node, of as many: a link of a chain.
+//! The kernel for a node of one, two or three unknowns that couples to at most one later node of equal size: a link of a chain.
 //!
 //! Everything fits into registers, and rows are not interchanged: the velocities of a node come before its
-//! multipliers, whose pivots −Φ_q M⁻¹ Φ_qᵀ are sums of one sign. A pivot that loses digits all the same sends the
-//! node to the kernel with pivoting.
+//! multipliers, whose pivots −Φ_q M⁻¹ Φ_qᵀ are sums of one sign. If a pivot nevertheless loses digits, the
+//! node is passed to the kernel with pivoting.
 //!
-//! Often the first unknown of one of the two nodes, the angle of a link, has nothing to do with the other node (see [`Shape`]), which
+//! Often the first unknown of one of the two nodes, the angle of a link, is not coupled to the other node (see [`Shape`]), which
 //! saves a third of the work: the loops begin at own unknown a and at unknown b of the later node.
 
 // Loops over constant index ranges are unrolled; the indices are those of the formulas.
@@ -17,7 +17,7 @@ use super::size::Fixed;
 use crate::number::{copy_singly, larger, minus_product, plus_product, singly};
 use std::marker::PhantomData;
 
-/// See the module.
+/// The kernel for links of a chain.
 #[derive(Debug)]
 pub(super) struct Link<const S: usize>;
 
@@ -46,11 +46,11 @@ fn store<const S: usize>(matrix: &Matrix<S>, values: &mut [f64]) {
 type Pivoting<const S: usize> = PhantomData<Fixed<S>>;
 
 impl<const S: usize> Link<S> {
-    // Where U and L begin in the panel of a node with a later one.
+    // The start of U and of L in the panel of a node that has a later one.
     const U: usize = S * S;
     const L: usize = 2 * S * S;
 
-    /// D = L U in place, with reciprocal pivots; the worst loss of digits, or None if it is too large.
+    /// D = L U in place, with reciprocal pivots; returns the worst loss of digits, or None if it is too large.
     #[inline(always)]
     fn factor(d: &mut Matrix<S>, scale: &[f64]) -> Option<f64> {
         let mut worst = 1.0f64;
@@ -101,7 +101,7 @@ impl<const S: usize> Link<S> {
         }
     }
 
-    /// D of the later node −= L U, and the magnitudes that go into its diagonal.
+    /// Subtracts L U from D of the later node, and adds the magnitudes to those of its diagonal.
     #[inline(always)]
     fn update(panel: &Panel<S>, d: &mut [f64], scale: &mut [f64], a: usize, b: usize) {
         let (d, scale) = (&mut d[..S * S], &mut scale[..S]);
@@ -113,8 +113,8 @@ impl<const S: usize> Link<S> {
         }
     }
 
-    /// Eliminates a node of which the unknowns before `a` do not couple to the later node, and none to its unknowns before `b`; None if a pivot loses
-    /// too many digits, and nothing is changed then.
+    /// Eliminates a node whose unknowns before `a` are not coupled to the later node, and which is not coupled to that node's unknowns before `b`.
+    /// Returns None, without changing anything, if a pivot loses too many digits.
     #[inline(always)]
     fn eliminate_from(node: &Node, state: &mut State<'_>, a: usize, b: usize) -> Option<f64> {
         let (square, behind) = state.values[node.start..].split_at_mut(S * S);
@@ -193,14 +193,14 @@ impl<const S: usize> Link<S> {
     }
 }
 
-/// Out of the way of the nodes that need no interchanges.
+/// Kept out of line, because most nodes need no interchanges.
 #[cold]
 #[inline(never)]
 fn eliminate_with_pivoting<const S: usize>(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
     Pivoting::<S>::eliminate(node, state)
 }
 
-/// The scalar product from unknown `a` on, of which there is one at least: beginning with zero would take another sum.
+/// The scalar product from unknown `a` on, with at least one term; starting from zero would cost another addition.
 #[inline(always)]
 fn product<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
     let mut sum = x[a] * y[a];
@@ -210,7 +210,7 @@ fn product<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
     sum
 }
 
-/// The sum of the magnitudes of its terms.
+/// The sum of the magnitudes of the terms of [`product`].
 #[inline(always)]
 fn magnitude<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
     (a + 1..S).fold((x[a] * y[a]).abs(), |sum, k| sum + (x[k] * y[k]).abs())
@@ -223,7 +223,7 @@ fn vector<const S: usize>(x: &[f64]) -> [f64; S] {
     vector
 }
 
-/// x_b −= (lines of b)·y for the later node, if there is one; `side` is where the lines begin in the panel.
+/// x_b −= (lines of b)·y for the later node, if there is one; `side` is the start of the lines in the panel.
 #[inline(always)]
 fn scatter<const S: usize>(
     node: &Node,
@@ -241,7 +241,7 @@ fn scatter<const S: usize>(
     }
 }
 
-/// y −= (lines of b)ᵀ·x_b likewise.
+/// y −= (lines of b)ᵀ·x_b for the later node, if there is one.
 #[inline(always)]
 fn gather<const S: usize>(node: &Node, (panel, side): (&[f64], usize), later: &[f64], y: &mut [f64; S], a: usize, b: usize) {
     let [next] = node.later.as_slice() else { return };
@@ -284,7 +284,7 @@ impl<const S: usize> NodeKernel for Link<S> {
         }
     }
 
-    // Interchanges mix the rows of U, so that none of them need be zero, but not its columns.
+    // Interchanges mix the rows of U, so rows that were zero may fill; columns that were zero stay zero.
 
     #[inline(always)]
     fn backward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {

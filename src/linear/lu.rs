@@ -1,26 +1,26 @@
-//! Dense LU of one node, rows interchanged where a pivot loses digits: P D = L U.
+//! Dense LU factorisation of one node, with rows interchanged if a pivot loses digits: P D = L U.
 //!
-//! A pivot is judged by the magnitudes that were added up in it, not by the other entries of its column: those have other units. Where another row takes
-//! its place, units are taken from what was added up in the rows' diagonal entries (see [`choose_row`]).
+//! A pivot is judged by the magnitudes that were added up in it, not by the other entries of its column, which have other units. For the choice of
+//! another row, units are inferred from the magnitudes added up in the diagonal entries (see [`choose_row`]).
 //!
 //! D (s×s) is stored by columns and is overwritten by L (unit diagonal not stored) and U, with the
 //! reciprocals of the pivots in place of the diagonal of U. All functions are inlined, so that a
 //! constant `s` unrolls them. Nodes of other sizes are mostly sparse inside (a body's coordinates beside its own constraints):
-//! for them products with a zero are left out.
+//! products with a zero are skipped for these.
 
 use super::eigen::eigen;
 use super::size::{Fixed, Free, Size};
 use crate::number::minus_product;
 use nalgebra::DMatrix;
 
-/// A pivot must exceed this fraction of the magnitudes that were added up in it.
+/// Smallest accepted ratio of a pivot to the magnitudes that were added up in it.
 const SMALLEST_PIVOT: f64 = 1e-13;
-/// The largest loss of digits (magnitudes added up in a pivot against the pivot) that is accepted without interchanging rows.
+/// Largest loss of digits (ratio of the magnitudes added up in a pivot to the pivot) that is accepted without interchanging rows.
 pub(super) const MOST_LOSS: f64 = 1e4;
-/// In the place of a node's first interchange: there are none.
+/// Stored as the first interchange of a node without interchanges.
 pub(super) const IN_ORDER: usize = usize::MAX;
 
-/// A pivot that cancelled: its column in the node, its value and the magnitude of its summands.
+/// A pivot that cancelled: its column in the node, its value and the sum of the magnitudes of its terms.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cancelled {
     pub(super) column: usize,
@@ -28,26 +28,26 @@ pub(super) struct Cancelled {
     pub(super) scale: f64,
 }
 
-/// The matrices and records that a factorisation works on.
+/// The matrices and records that a factorisation uses.
 pub(super) struct Rows<'a> {
     /// D (s×s) by columns.
     pub(super) d: &'a mut [f64],
     /// Further columns, whose rows are interchanged with those of D.
     pub(super) u: &'a mut [f64],
-    /// `swaps[k]` becomes the row that changed places with row k at step k.
+    /// `swaps[k]` becomes the row that was exchanged with row k at step k.
     pub(super) swaps: &'a mut [usize],
-    /// Magnitudes added to diagonal entry k before.
+    /// Magnitudes that were added to diagonal entry k before.
     pub(super) scale: &'a [f64],
     /// Whether rows were interchanged.
     pub(super) mixed: bool,
 }
 
-/// Factors D in place and returns the largest ratio of the magnitudes added up in a pivot to the pivot.
+/// Factorises D in place and returns the largest ratio of the magnitudes added up in a pivot to the pivot.
 ///
 /// The ratio does not depend on the units of the unknowns as long as rows are not interchanged.
 ///
 /// # Errors
-/// The first pivot that is not finite or too small against its magnitudes.
+/// The first pivot that is not finite or too small compared with its magnitudes.
 #[inline(always)]
 pub(super) fn factor<N: Size>(n: N, rows: &mut Rows<'_>) -> Result<f64, Cancelled> {
     let mut worst = 1.0;
@@ -68,7 +68,7 @@ pub(super) fn factor<N: Size>(n: N, rows: &mut Rows<'_>) -> Result<f64, Cancelle
     Ok(worst)
 }
 
-/// Step K if there is one: the optimiser does not unroll the loop over the steps on its own.
+/// Performs step K if it exists; the optimiser does not unroll a loop over the steps by itself.
 #[inline(always)]
 fn fixed_step<N: Size, const K: usize>(n: N, rows: &mut Rows<'_>, worst: &mut f64) -> Result<(), Cancelled> {
     if K < n.get() { step(n, Fixed::<K>, rows, worst) } else { Ok(()) }
@@ -117,7 +117,7 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
     Ok(())
 }
 
-/// The magnitudes that were added up in pivot k, with those that other nodes added.
+/// The magnitudes that were added up in pivot k, including those that other nodes added.
 #[inline(always)]
 fn magnitude(s: usize, k: usize, rows: &Rows<'_>, added: f64) -> f64 {
     let d = &rows.d;
@@ -125,11 +125,11 @@ fn magnitude(s: usize, k: usize, rows: &Rows<'_>, added: f64) -> f64 {
     d[k * s + k].abs() + (summands + added)
 }
 
-/// The row from k on whose entry in column k is largest in units of its own.
+/// The row, from k on, whose entry in column k is largest in a measure that does not depend on units.
 ///
-/// Equations have the unit J over that of their unknowns, so that m_j, the magnitudes added up in the diagonal entry of unknown j, have J over the square of
-/// it: |d_ik|/√m_j, with j the unknown whose equation stands in row i, has one unit for all rows. Where nothing was added up so far, as in a
-/// constraint before its velocities are eliminated, m_j is what eliminating them would add.
+/// An equation has the unit J divided by that of its unknown; m_j, the magnitudes added up in the diagonal entry of unknown j, has J divided by its
+/// square. So |d_ik|/√m_j, where row i contains the equation of unknown j, has the same unit for all rows. If nothing was added up so far, as for a
+/// constraint before its velocities are eliminated, m_j is replaced by the amount that eliminating them would add.
 #[cold]
 #[inline(never)]
 fn choose_row(s: usize, k: usize, rows: &Rows<'_>) -> usize {
@@ -147,20 +147,20 @@ fn choose_row(s: usize, k: usize, rows: &Rows<'_>) -> usize {
     (k + 1..s).map(|i| (i, quality(i))).fold(first, |best, other| if other.1 > best.1 { other } else { best }).0
 }
 
-/// The magnitudes that other nodes added to entry (i, k), or a bound of them: √(m_j m_k), if row i has the equation of another unknown j.
+/// The magnitudes that other nodes added to entry (i, k), or a bound on them, √(m_j m_k), if row i contains the equation of another unknown j.
 #[cold]
 #[inline(never)]
 fn added_by_others(k: usize, i: usize, rows: &Rows<'_>) -> f64 {
     (rows.scale[equation(k, i, rows.swaps)] * rows.scale[k]).sqrt()
 }
 
-/// x²/size; infinite for an entry beside nothing.
+/// x²/size; infinite for x ≠ 0 and size 0.
 fn coupled(x: f64, size: f64) -> f64 {
-    // The sum of nothing is −0.
+    // An empty sum is −0.
     if x == 0.0 { 0.0 } else { (x * (x / size)).abs() }
 }
 
-/// The unknown whose equation stands in row i before step k.
+/// The unknown whose equation is in row i before step k.
 fn equation(k: usize, i: usize, swaps: &[usize]) -> usize {
     let back = |i: usize, (m, &row): (usize, &usize)| match i {
         i if i == m => row,
@@ -170,16 +170,16 @@ fn equation(k: usize, i: usize, swaps: &[usize]) -> usize {
     swaps[..k].iter().enumerate().rev().fold(i, back)
 }
 
-/// The magnitudes that were added up before step k in the diagonal entry of the unknown whose equation stands in row i.
+/// The magnitudes that were added up before step k in the diagonal entry of the unknown whose equation is in row i.
 fn own_magnitude(s: usize, k: usize, i: usize, rows: &Rows<'_>) -> f64 {
     let (d, j) = (&rows.d, equation(k, i, rows.swaps));
     let summands: f64 = (0..j.min(k)).map(|m| (d[m * s + i] * d[j * s + m]).abs()).sum();
-    // Of an eliminated column the factor is left, which is to be multiplied by the pivot.
+    // An eliminated column contains the factor, which must be multiplied by the pivot.
     let rest = if j < k { d[j * s + i] / d[j * s + j] } else { d[j * s + i] };
     rest.abs() + summands + rows.scale[j]
 }
 
-/// Exchanges rows k < row; searching for `row` keeps the indices constant once unrolled.
+/// Exchanges rows k < row; searching for `row` keeps the indices constant after unrolling.
 #[inline(always)]
 fn swap_rows(s: usize, columns: &mut [f64], k: usize, row: usize) {
     for i in k + 1..s {
@@ -191,7 +191,7 @@ fn swap_rows(s: usize, columns: &mut [f64], k: usize, row: usize) {
     }
 }
 
-/// The number of negative eigenvalues of a symmetric D, by its factors.
+/// The number of negative eigenvalues of a symmetric D, from its factors.
 pub(super) fn negative_eigenvalues(factors: &[f64], swaps: &[usize]) -> usize {
     let s = swaps.len();
     if swaps.first() == Some(&IN_ORDER) || swaps.iter().enumerate().all(|(k, &row)| row == k) {
@@ -204,7 +204,7 @@ pub(super) fn negative_eigenvalues(factors: &[f64], swaps: &[usize]) -> usize {
     upper.set_diagonal(&lu.diagonal().map(f64::recip));
     let mut d = lower * upper;
     d.column_iter_mut().for_each(|mut column| permute_back(swaps, column.as_mut_slice()));
-    // In units in which no entry is above 1, which change no sign.
+    // Scaled so that no entry exceeds 1, which does not change signs.
     let units: Vec<f64> = d.row_iter().map(|row| row.amax().sqrt().recip()).collect();
     let scaled = DMatrix::from_fn(s, s, |i, j| d[(i, j)] * units[i] * units[j]);
     eigen(scaled).map_or(0, |found| found.eigenvalues.iter().filter(|x| **x < 0.0).count())
@@ -238,7 +238,7 @@ pub(super) fn subtract(factor: f64, x: &[f64], y: &mut [f64]) {
     }
 }
 
-/// start − xᵀy, the last products being subtracted last: they are the last to be known.
+/// start − xᵀy; the last products are subtracted last, because they are available last.
 #[inline(always)]
 pub(super) fn minus_dot(start: f64, x: &[f64], y: &[f64]) -> f64 {
     x.iter().zip(y).fold(start, |sum, (x, y)| minus_product(sum, *x, *y))
@@ -291,7 +291,7 @@ pub(super) fn solve_lower_transposed<N: Size>(n: N, lu: &[f64], y: &mut [f64]) {
     }
 }
 
-/// target −= (products of each line of `outer` with each line of `inner`), the latter running fastest;
+/// target −= (products of each line of `outer` with each line of `inner`), the latter varying fastest;
 /// the lines have s entries.
 #[inline(always)]
 pub(super) fn subtract_products(s: usize, mut target: &mut [f64], outer: &[f64], inner: &[f64]) {

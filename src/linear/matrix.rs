@@ -6,24 +6,24 @@ use super::factorization::{Breakdown, Factorization, RightSide};
 use super::symbolic::Symbolic;
 use crate::number::larger;
 
-/// The values of K = constant + varying entries, and the factors F of what is not condensed.
+/// The values of K = constant + varying entries, and the factors F of the part that is not condensed.
 ///
-/// All calls take the `Symbolic` that `new` was given.
+/// All calls must use the `Symbolic` that was passed to `new`.
 #[derive(Debug, Clone)]
 pub(crate) struct Matrix<F = BlockLu> {
-    /// Constant parts, of which one is in use.
+    /// Constant parts, one of which is selected.
     constants: Vec<Constant>,
     current: usize,
     factors: F,
 }
 
 impl<F: Factorization> Matrix<F> {
-    /// The zero matrix; nothing is allocated after this.
+    /// The zero matrix; later calls do not allocate.
     pub(crate) fn new(symbolic: &Symbolic) -> Self {
         Self { constants: vec![Constant::new(symbolic)], current: 0, factors: F::new(symbolic) }
     }
 
-    /// Makes constant part number `which` the one in use.
+    /// Selects constant part number `which`.
     pub(crate) fn select(&mut self, which: usize) {
         self.current = which.min(self.constants.len() - 1);
     }
@@ -32,12 +32,12 @@ impl<F: Factorization> Matrix<F> {
         &self.constants[self.current]
     }
 
-    /// Sets constant part number `which` from entries by their [`place`](Symbolic::place), duplicates summed, condenses, and selects it.
+    /// Sets constant part number `which` from entries by [`place`](Symbolic::place), sums duplicates, condenses, and selects the part.
     ///
-    /// A number not used before adds a part.
+    /// A number that was not used before adds a part.
     ///
     /// # Errors
-    /// A condensed unknown whose pivot is below 1e-13 of the magnitudes that were added up in it.
+    /// The pivot of a condensed unknown is below 1e-13 of the magnitudes that were added up in it.
     pub(crate) fn set_constant(
         &mut self,
         symbolic: &Symbolic,
@@ -51,22 +51,22 @@ impl<F: Factorization> Matrix<F> {
         self.constants[self.current].set(symbolic, entries)
     }
 
-    /// Starts an assembly: the values become the constant part; varying entries are then added to what is returned, by slots.
+    /// Starts an assembly: the values are reset to the constant part. Varying entries are then added to the returned slice, by slot.
     pub(crate) fn reset(&mut self) -> &mut [f64] {
         let values = self.factors.values_mut();
         values.copy_from_slice(self.constants[self.current].image());
         values
     }
 
-    /// Puts other factors in the place of those at hand, which they become.
+    /// Exchanges the present factors with `other`.
     pub(crate) fn exchange_factors(&mut self, other: &mut F) {
         std::mem::swap(&mut self.factors, other);
     }
 
-    /// Factors the assembled values.
+    /// Factorises the assembled values.
     ///
     /// # Errors
-    /// A pivot that is not finite or vanishes against the magnitudes that were added up in it.
+    /// A pivot is not finite or negligible compared with the magnitudes that were added up in it.
     pub(crate) fn factor(&mut self, symbolic: &Symbolic) -> Result<(), Breakdown> {
         self.factor_with(symbolic, RightSide::None)
     }
@@ -75,12 +75,12 @@ impl<F: Factorization> Matrix<F> {
         self.factors.factor(symbolic, self.constants[self.current].scale(), with)
     }
 
-    /// y −= S x for the unknowns that are not condensed, S being what condensation makes of their constant part.
+    /// y −= S x for the unknowns that are not condensed, where S is the constant part after condensation.
     pub(crate) fn subtract_constant_product(&self, x: &[f64], y: &mut [f64]) {
         self.constant().subtract_reduced_product(x, y);
     }
 
-    /// The largest |S_ij x_j|, times the weight of row i (counted without the condensed unknowns).
+    /// The largest |S_ij x_j| times the weight of row i (rows are numbered without the condensed unknowns).
     pub(crate) fn largest_constant_product(&self, x: &[f64], weight: impl Fn(usize) -> f64) -> f64 {
         self.constant().largest_reduced_product(x, weight)
     }
@@ -90,7 +90,7 @@ impl<F: Factorization> Matrix<F> {
         self.constant().forward(x);
     }
 
-    /// Factors the assembled values and solves for the unknowns that are not condensed, from a reduced right-hand side.
+    /// Factorises the assembled values and solves for the unknowns that are not condensed, from a reduced right-hand side.
     ///
     /// # Errors
     /// As `factor`; `x` is then lost.
@@ -98,12 +98,12 @@ impl<F: Factorization> Matrix<F> {
         self.factor_with(symbolic, RightSide::Of(x))
     }
 
-    /// Solves for the unknowns that are not condensed with the factors, from a reduced right-hand side.
+    /// Solves for the unknowns that are not condensed with the present factors, from a reduced right-hand side.
     pub(crate) fn solve_reduced(&self, symbolic: &Symbolic, x: &mut [f64]) {
         self.factors.solve(symbolic, x);
     }
 
-    /// The condensed unknowns from their reduced right-hand sides and the others' values.
+    /// Computes the condensed unknowns from their reduced right-hand sides and the other unknowns.
     pub(crate) fn expand(&self, x: &mut [f64]) {
         self.constant().backward(x);
     }
@@ -113,7 +113,7 @@ impl<F: Factorization> Matrix<F> {
         larger(self.factors.worst_loss(), self.constant().worst()).recip()
     }
 
-    /// The unknown whose pivot lost most, as far as the factors still tell.
+    /// The unknown whose pivot lost most digits, as far as the factors show.
     pub(crate) fn worst_unknown(&self, symbolic: &Symbolic) -> usize {
         let pivots = self.reciprocal_pivots(symbolic).zip(self.factors.magnitudes());
         let losses = pivots.map(|(reciprocal, magnitude)| magnitude * reciprocal.abs());
@@ -121,19 +121,19 @@ impl<F: Factorization> Matrix<F> {
         symbolic.unknown(worst)
     }
 
-    /// The reciprocal pivots by positions.
+    /// The reciprocal pivots by position.
     pub(crate) fn reciprocal_pivots<'a>(&'a self, symbolic: &'a Symbolic) -> impl Iterator<Item = f64> + 'a {
         self.constant().reciprocal_pivots().chain(self.factors.reciprocal_pivots(symbolic))
     }
 
-    /// Solves K x = r with the factors, for r in `x` by positions.
+    /// Solves K x = r with the present factors, for r in `x` by position.
     pub(crate) fn solve(&self, symbolic: &Symbolic, x: &mut [f64]) {
         self.reduce(x);
         self.solve_reduced(symbolic, x);
         self.expand(x);
     }
 
-    /// Factors the assembled values and solves Kᵀ x = r, for r in `x` by positions.
+    /// Factorises the assembled values and solves Kᵀ x = r, for r in `x` by position.
     ///
     /// # Errors
     /// As `factor`; `x` is then lost.
@@ -144,7 +144,7 @@ impl<F: Factorization> Matrix<F> {
         Ok(())
     }
 
-    /// Solves Kᵀ x = r with the factors, for r in `x` by positions.
+    /// Solves Kᵀ x = r with the present factors, for r in `x` by position.
     pub(crate) fn solve_transposed(&self, symbolic: &Symbolic, x: &mut [f64]) {
         self.constant().forward_transposed(x);
         self.factors.solve_transposed(symbolic, x);
@@ -153,7 +153,7 @@ impl<F: Factorization> Matrix<F> {
 }
 
 impl Matrix {
-    /// The number of negative eigenvalues of the matrix that was factored, which is symmetric.
+    /// The number of negative eigenvalues of the factorised matrix, which must be symmetric.
     pub(crate) fn negative_eigenvalues(&self, symbolic: &Symbolic) -> usize {
         let condensed = self.constant().reciprocal_pivots().filter(|pivot| *pivot < 0.0).count();
         condensed + self.factors.negative_eigenvalues(symbolic)

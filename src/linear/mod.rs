@@ -6,10 +6,10 @@
 //! * [`Symbolic`], once per [`Pattern`]: which constant unknowns are condensed, the order in which the
 //!   groups of the others are eliminated, and where every entry is stored;
 //! * [`Matrix::set_constant`], once per set of constant values: the elimination of the condensed unknowns;
-//! * [`Factorization::factor`], at every iteration: of the rest. [`BlockLu`] does it node by node; whatever else does it fits in its place.
+//! * [`Factorization::factor`], at every iteration: the factorisation of the remaining part. [`BlockLu`] does it node by node; it can be replaced.
 //!
-//! The rows are interchanged inside a node only, so every node's diagonal block must be regular when
-//! its turn comes; [`Group::after`] lets the caller see to that.
+//! Rows are interchanged only within a node, so the diagonal block of every node must be regular when
+//! the node is eliminated; callers ensure this with [`Group::after`].
 
 mod block_lu;
 mod condense;

@@ -23,29 +23,29 @@ pub(super) struct Node {
     pub(super) shape: Shape,
 }
 
-/// How a node couples to later ones.
+/// The way in which a node couples to later ones.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Shape {
-    /// To any.
+    /// Coupled to any later nodes.
     Any,
-    /// To no later node but one of its own size.
+    /// Coupled to at most one later node, of equal size.
     Linked,
-    /// So, and not to the first unknown of that node.
+    /// As `Linked`, but not coupled to the first unknown of that node.
     Outer,
-    /// So, and with all its unknowns but the first.
+    /// As `Linked`, but the first unknown of this node is not coupled.
     Inner,
 }
 
 /// A later neighbour b of a node.
 #[derive(Debug, Clone)]
 pub(super) struct Later {
-    /// Its index among the nodes.
+    /// The index of the neighbour among the nodes.
     pub(super) node: usize,
-    /// Its columns of U, which are its rows of L too.
+    /// The neighbour's columns of U, which are also its rows of L.
     pub(super) lines: Range<usize>,
-    /// Its first unknown, counted from the end of the node's own.
+    /// The neighbour's first unknown, relative to the end of this node's unknowns.
     pub(super) first: usize,
-    /// Start of its D, counted from the end of the node's panel.
+    /// Start of the neighbour's D, relative to the end of this node's panel.
     pub(super) diagonal: usize,
 }
 
@@ -54,13 +54,13 @@ pub(super) struct Later {
 pub(super) struct Pair {
     pub(super) b: Range<usize>,
     pub(super) c: Range<usize>,
-    /// Start of block (b, c) in U of b, counted from the end of the node's panel.
+    /// Start of block (b, c) in U of b, relative to the end of the node's panel.
     pub(super) upper: usize,
-    /// Start of block (c, b) in L of b, counted from the end of the node's panel.
+    /// Start of block (c, b) in L of b, relative to the end of the node's panel.
     pub(super) lower: usize,
 }
 
-/// The entries (i, j) and (j, i) of a panel: positions, and where the two are stored.
+/// The entries (i, j) and (j, i) of a panel: their positions, and the indices at which they are stored.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PanelEntry {
     pub(super) at: [u32; 2],
@@ -79,7 +79,7 @@ impl Node {
         self.size * (self.size + 2 * self.width)
     }
 
-    /// Position behind the last unknown.
+    /// The position after the last unknown.
     pub(super) fn end(&self) -> usize {
         self.first + self.size
     }

@@ -8,22 +8,22 @@ use super::graph::Graph;
 use super::pattern::Group;
 use super::waiting::Waiting;
 
-/// A group at its elimination, with the groups it is coupled to then.
+/// A group when it is eliminated, with the groups it is then coupled to.
 #[derive(Debug, Clone)]
 pub(super) struct Eliminated {
     pub(super) group: usize,
     pub(super) neighbours: Vec<usize>,
 }
 
-/// What a group is chosen by, the least first: whether it has to wait, fill, height, degree, index.
+/// Groups are chosen by the smallest cost: whether the group must wait, fill, height, degree, index.
 type Cost = (bool, usize, usize, usize, usize);
 
-/// Orders the nonempty groups by minimum fill, a group's `after` going before it.
+/// Orders the nonempty groups by minimum fill; the groups in `after` of a group precede it.
 ///
-/// Ties go to the lowest height above the leaves, so that independent branches (the two ends of a chain, too) are
-/// eliminated side by side and the processor can overlap them; then to the minimum degree and the lowest index. Fill and
+/// Ties are resolved by the smallest height above the leaves, so that independent branches (also the two ends of a chain) are
+/// eliminated alternately and the processor can overlap them; then by the minimum degree and the smallest index. Fill and
 /// degree are measured in unknowns (`sizes`). Chains and trees get no fill, which the degree alone would not ensure. If a cycle of `after`
-/// blocks all groups that are left, the condition is waived for one step.
+/// blocks all remaining groups, the condition is waived for one step.
 pub(super) fn order(graph: &Graph, sizes: &[usize], groups: &[Group]) -> Vec<Eliminated> {
     let mut left = Left::new(graph, sizes, groups);
     let mut order = Vec::with_capacity(groups.len());
@@ -34,13 +34,13 @@ pub(super) fn order(graph: &Graph, sizes: &[usize], groups: &[Group]) -> Vec<Eli
     order
 }
 
-/// The groups that are left.
+/// The groups that are not eliminated yet.
 struct Left<'a> {
     fill: Fill<'a>,
     waiting: Waiting,
     heights: Vec<usize>,
     done: Vec<bool>,
-    /// Also costs that groups had before: what is not the cost of now is skipped.
+    /// Costs of the groups; outdated ones remain in the heap and are skipped.
     costs: BinaryHeap<Reverse<Cost>>,
     changed: Vec<usize>,
 }
@@ -64,14 +64,14 @@ impl<'a> Left<'a> {
         (self.waiting.waits(g), self.fill.of(g), self.heights[g], self.fill.degree(g), g)
     }
 
-    /// Offers a group that is left at its present cost.
+    /// Adds a remaining group with its present cost.
     fn put(&mut self, g: usize) {
         if !self.done[g] {
             self.costs.push(Reverse(self.cost(g)));
         }
     }
 
-    /// Takes the group with the least cost.
+    /// Removes and returns the group with the smallest cost.
     fn cheapest(&mut self) -> Option<usize> {
         while let Some(Reverse(cost)) = self.costs.pop() {
             let group = cost.4;
@@ -103,7 +103,7 @@ mod tests {
     use crate::linear::pattern::Branch;
     use crate::linear::samples::Random;
 
-    /// The same by its definition: every cost anew at every elimination.
+    /// The order by definition: all costs are computed again for every elimination.
     fn by_definition(mut graph: Graph, sizes: &[usize], groups: &[Group]) -> Vec<usize> {
         let mut done: Vec<bool> = sizes.iter().map(|&size| size == 0).collect();
         let mut heights = vec![0; sizes.len()];
@@ -147,7 +147,7 @@ mod tests {
             for _ in 0..random.below(2 * count) {
                 graph.connect(random.below(count), random.below(count));
             }
-            // Some wait for branches of all lengths, in circles too.
+            // Some groups wait for branches of all lengths, also in cycles.
             for _ in 0..random.below(count) {
                 let branch = Branch { from: random.below(count), length: random.below(6) };
                 groups[random.below(count)].after.push(branch);

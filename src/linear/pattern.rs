@@ -1,4 +1,4 @@
-//! The structure of the matrix, as the caller describes it.
+//! The structure of the matrix, as described by the caller.
 
 use super::graph::Graph;
 
@@ -7,12 +7,12 @@ use super::graph::Graph;
 pub(crate) struct Pattern {
     /// Number of unknowns.
     pub(crate) size: usize,
-    /// Structural nonzeros (row, column), in any order; (i, j) stands for (j, i) too. A diagonal entry is
+    /// Structural nonzeros (row, column), in any order; (i, j) also represents (j, i). A diagonal entry is
     /// listed only if it is structurally nonzero.
     pub(crate) entries: Vec<(usize, usize)>,
-    /// Per unknown: its row and its column keep their values between calls of `set_constant`.
+    /// Per unknown: true if its row and column keep their values between calls of `set_constant`.
     pub(crate) constant: Vec<bool>,
-    /// Disjoint groups that together hold every unknown.
+    /// Disjoint groups that together contain every unknown.
     pub(crate) groups: Vec<Group>,
 }
 
@@ -21,13 +21,13 @@ pub(crate) struct Pattern {
 pub(crate) struct Group {
     /// The unknowns of the group.
     pub(crate) unknowns: Vec<usize>,
-    /// The group that it hangs on in the tree that branches belong to; none for a root, and for what is in no branch.
+    /// The parent in the tree to which branches refer; `None` for a root and for a group outside the tree.
     pub(crate) parent: Option<usize>,
-    /// What has to be eliminated before this group.
+    /// Branches that must be eliminated before this group.
     pub(crate) after: Vec<Branch>,
 }
 
-/// A group, its parent, its parent's parent, …: so many of them.
+/// A group, its parent, its parent's parent, …: `length` groups in total.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Branch {
     pub(crate) from: usize,
@@ -44,7 +44,7 @@ impl Pattern {
         graph
     }
 
-    /// Per unknown: its diagonal entry is structurally nonzero.
+    /// Per unknown: true if its diagonal entry is structurally nonzero.
     pub(super) fn diagonal(&self) -> Vec<bool> {
         let mut diagonal = vec![false; self.size];
         for &(row, col) in &self.entries {
@@ -64,7 +64,7 @@ impl Pattern {
         group_of
     }
 
-    /// The entries of the symmetrised pattern, ascending and each once.
+    /// The entries of the symmetrised pattern, in ascending order without duplicates.
     pub(super) fn symmetric_entries(&self) -> Vec<(usize, usize)> {
         let mirrored = self.entries.iter().map(|&(row, col)| (col, row));
         let mut entries: Vec<_> = self.entries.iter().copied().chain(mirrored).collect();
@@ -73,7 +73,7 @@ impl Pattern {
         entries
     }
 
-    /// Every unknown stands in exactly one group and every index is in range.
+    /// True if every unknown is in exactly one group and every index is in range.
     pub(super) fn is_consistent(&self) -> bool {
         let mut seen = vec![0; self.size];
         for &unknown in self.groups.iter().flat_map(|group| &group.unknowns) {

@@ -42,7 +42,7 @@ pub(super) fn blocks(sizes: &[usize], edges: &[(usize, usize)]) -> Pattern {
     pattern
 }
 
-/// Random values on the symmetrised pattern, on the diagonal (where there is one) near `diagonal`.
+/// Random values on the symmetrised pattern; structurally nonzero diagonal entries are near `diagonal`.
 pub(super) fn fill(pattern: &Pattern, diagonal: f64, random: &mut Random) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(pattern.size, pattern.size);
     for &(i, j) in &pattern.entries {

@@ -1,4 +1,4 @@
-//! The size of a node, known to the compiler where it is small.
+//! The size of a node, which is known to the compiler if it is small.
 
 use super::lu;
 use std::fmt::Debug;
@@ -10,12 +10,12 @@ pub(super) trait Size: Copy + Debug + Send + Sync + 'static {
     /// The number is a constant of the type.
     const FIXED: bool;
 
-    /// The number as a value; `size` must be the constant if there is one.
+    /// The number as a value; `size` must equal the constant if there is one.
     fn new(size: usize) -> Self;
 
     fn get(self) -> usize;
 
-    /// As `lu::subtract_products`, for as many lines in `inner` as the size.
+    /// As `lu::subtract_products`; the number of lines in `inner` equals the size.
     fn subtract_products(self, target: &mut [f64], outer: &[f64], inner: &[f64]);
 
     /// Works on a local copy of a vector of the size, or in place if the size is not fixed.

@@ -1,4 +1,4 @@
-//! The analysis of a pattern: what is condensed, in which order the nodes go, where entries are stored.
+//! The analysis of a pattern: the condensed unknowns, the order of the nodes, and the storage of the entries.
 
 use super::condense::{Condensed, condense};
 use super::graph::Graph;
@@ -8,19 +8,19 @@ use super::order::{Eliminated, order};
 use super::pattern::Pattern;
 use std::ops::Range;
 
-/// A condensed unknown: entries [pivot, row, column] in one run, its position being its index.
+/// A condensed unknown: entries [pivot, row, column], stored contiguously (a run); its position is its index.
 #[derive(Debug, Clone)]
 pub(super) struct Step {
     /// Start of the run among the stored entries.
     pub(super) start: usize,
-    /// Positions of the neighbours at its elimination, ascending.
+    /// Positions of the neighbours when the unknown is eliminated, ascending.
     pub(super) neighbours: Vec<usize>,
-    /// Where the entries (i, j) of its neighbours are stored, by rows.
+    /// The indices at which the entries (i, j) of its neighbours are stored, by rows.
     pub(super) targets: Vec<usize>,
 }
 
 impl Step {
-    /// Where the run is stored.
+    /// The stored run.
     pub(super) fn run(&self) -> Range<usize> {
         self.start..self.start + 1 + 2 * self.neighbours.len()
     }
@@ -42,7 +42,7 @@ pub(crate) struct Symbolic {
 }
 
 impl Symbolic {
-    /// Analyses a pattern whose indices are in range and whose groups hold every unknown once.
+    /// Analyses a pattern whose indices are in range and whose groups contain every unknown once.
     pub(crate) fn analyse(pattern: &Pattern) -> Self {
         debug_assert!(pattern.is_consistent(), "groups or indices do not fit");
         let mut graph = pattern.graph();
@@ -85,7 +85,7 @@ impl Symbolic {
         self.unknowns.len()
     }
 
-    /// Place of an unknown in right-hand sides and solutions: condensed first, then node by node.
+    /// Position of an unknown in right-hand sides and solutions: condensed unknowns first, then node by node.
     pub(crate) fn position(&self, unknown: usize) -> usize {
         self.positions[unknown]
     }
@@ -95,7 +95,7 @@ impl Symbolic {
         self.unknowns[position]
     }
 
-    /// Slot of a varying entry in the values; None if row or column is condensed or the entry is not in
+    /// Slot of a varying entry in the values; None if its row or column is condensed or the entry is not in
     /// the pattern.
     pub(crate) fn slot(&self, row: usize, col: usize) -> Option<usize> {
         self.place(row, col).filter(|&place| place < self.values_len)
@@ -116,7 +116,7 @@ impl Symbolic {
         self.values_len
     }
 
-    /// Number of stored entries: the panels and behind them the rows and columns of the condensed unknowns.
+    /// Number of stored entries: the panels, followed by the rows and columns of the condensed unknowns.
     pub(super) fn stored_len(&self) -> usize {
         self.steps.last().map_or(self.values_len, |step| step.run().end)
     }
@@ -125,18 +125,18 @@ impl Symbolic {
         &self.steps
     }
 
-    /// Consecutive nodes of one kind, with the kernel that works on them.
+    /// Consecutive nodes of one kind, with their kernel.
     pub(super) fn runs(&self) -> impl DoubleEndedIterator<Item = (&'static dyn Kernel, &[Node])> {
         self.runs.iter().map(|(kernel, nodes)| (*kernel, &self.nodes[nodes.clone()]))
     }
 
-    /// Where an entry of the pattern is stored; None if it is not in the pattern.
+    /// The index at which an entry of the pattern is stored; None if it is not in the pattern.
     pub(crate) fn place(&self, row: usize, col: usize) -> Option<usize> {
         self.entries.binary_search(&(row, col)).ok()?;
         self.stored(self.positions[row], self.positions[col])
     }
 
-    /// Where the entry at two positions is stored, fill included: with the one eliminated first.
+    /// The index at which the entry at two positions is stored, fill included; it belongs to the unknown that is eliminated first.
     fn stored(&self, row: usize, col: usize) -> Option<usize> {
         let (early, late) = (row.min(col), row.max(col));
         match self.steps.get(early) {
@@ -163,7 +163,7 @@ impl Symbolic {
         Some(side + line * node.size + (early - node.first))
     }
 
-    /// All pairs of entries (i, j) and (j, i) of the panels, the diagonal too: (i, j) as positions, and where the two are stored.
+    /// All pairs of entries (i, j) and (j, i) of the panels, including the diagonal: the positions i, j and the indices of both entries.
     pub(super) fn panel_entries(&self) -> &[PanelEntry] {
         &self.panel_entries
     }
@@ -172,7 +172,7 @@ impl Symbolic {
         &self.nodes[self.owner[position - self.steps.len()]]
     }
 
-    /// Looks up all entries that eliminations update.
+    /// Finds the indices of all entries that eliminations update.
     fn find_targets(&mut self) {
         let targets: Vec<Vec<usize>> = (self.steps.iter())
             .map(|step| {
@@ -215,7 +215,7 @@ fn inverse(permutation: &[usize]) -> Vec<usize> {
     inverse
 }
 
-/// Gives the condensed unknowns their runs of entries, from `start` on.
+/// Assigns runs of entries to the condensed unknowns, from `start` on.
 fn lay_out_steps(condensed: &[Condensed], positions: &[usize], mut start: usize) -> Vec<Step> {
     let mut steps = Vec::with_capacity(condensed.len());
     for unknown in condensed {
@@ -228,7 +228,7 @@ fn lay_out_steps(condensed: &[Condensed], positions: &[usize], mut start: usize)
     steps
 }
 
-/// How the groups of unknowns couple at their elimination; `graph` is that of the unknowns.
+/// The way in which each group couples when it is eliminated; `graph` is the graph of the unknowns.
 fn shapes(mut graph: Graph, order: &[Eliminated], members: &[Vec<usize>]) -> Vec<Shape> {
     let shape = |node: &Eliminated| {
         let own = &members[node.group];
@@ -246,7 +246,7 @@ fn shapes(mut graph: Graph, order: &[Eliminated], members: &[Vec<usize>]) -> Vec
     order.iter().map(shape).collect()
 }
 
-/// Gives the nodes their positions, from `first` on, and their panels; the pairs are left empty.
+/// Assigns positions, from `first` on, and panels to the nodes; the pairs are left empty.
 fn lay_out_nodes(order: &[Eliminated], shapes: &[Shape], sizes: &[usize], mut first: usize) -> Vec<Node> {
     let mut rank = vec![0; sizes.len()];
     let mut nodes: Vec<Node> = Vec::with_capacity(order.len());

@@ -1,4 +1,4 @@
-//! Solutions against dense LU, the choice of condensed unknowns, breakdowns.
+//! Comparison of solutions with dense LU; tests of the choice of condensed unknowns and of breakdowns.
 
 use super::graph::VISITS;
 use super::node::Shape;
@@ -6,7 +6,7 @@ use super::samples::{Random, blocks, bodies, fill, sizes, tree};
 use super::{BlockLu, Branch, DenseLu, Factorization, Group, Matrix, Pattern, Symbolic};
 use nalgebra::{DMatrix, DVector};
 
-/// Constant part: what lies on constant unknowns, and a third of the rest in two summands.
+/// Sets the constant part: the entries of constant unknowns, and a third of the rest as two summands.
 fn set_constant<F: Factorization>(lu: &mut Matrix<F>, s: &Symbolic, pattern: &Pattern, matrix: &DMatrix<f64>) {
     let mut triplets = vec![];
     for (i, j) in pattern.symmetric_entries() {
@@ -19,7 +19,7 @@ fn set_constant<F: Factorization>(lu: &mut Matrix<F>, s: &Symbolic, pattern: &Pa
     lu.set_constant(s, 0, placed(s, &triplets)).expect("regular pivots");
 }
 
-/// Entries (row, column, value) by their places.
+/// Entries (row, column, value) with their places.
 fn placed(s: &Symbolic, triplets: &[(usize, usize, f64)]) -> impl Iterator<Item = (usize, f64)> {
     triplets.iter().map(|&(i, j, value)| (s.place(i, j).expect("in the pattern"), value))
 }
@@ -54,7 +54,7 @@ fn check(pattern: &Pattern, diagonal: f64, seed: u64) -> Symbolic {
     check_with(pattern, diagonal, seed, |_| ())
 }
 
-/// As `check`, after a change of the values.
+/// As `check`, with values modified by `change`.
 fn check_with(pattern: &Pattern, diagonal: f64, seed: u64, change: impl Fn(&mut DMatrix<f64>)) -> Symbolic {
     let s = Symbolic::analyse(pattern);
     solve_in_all_ways::<BlockLu>(&s, pattern, diagonal, seed, &change);
@@ -108,7 +108,7 @@ fn chains_have_no_fill() {
     }
 }
 
-/// Without dominant diagonals the rows of every node are interchanged.
+/// Without dominant diagonals, rows of every node are interchanged.
 #[test]
 fn rows_are_interchanged() {
     for size in 2..=10 {
@@ -117,7 +117,7 @@ fn rows_are_interchanged() {
     }
 }
 
-/// K in other units is C K C with a diagonal C, and powers of two change no digit.
+/// K in other units is C K C with a diagonal C; powers of two do not change any digit.
 #[test]
 fn interchanges_of_rows_do_not_depend_on_units() {
     for size in 2..=10 {
@@ -146,7 +146,7 @@ fn interchanges_of_rows_do_not_depend_on_units() {
     }
 }
 
-/// By factors with and without interchanges, of single nodes, chains, stars and bodies with condensed coordinates.
+/// From factors with and without interchanges, for single nodes, chains, stars and bodies with condensed coordinates.
 #[test]
 fn negative_eigenvalues_are_counted() {
     let star: Vec<_> = (1..5).map(|b| (0, b)).collect();
@@ -223,7 +223,7 @@ fn saddle_points_with_after() {
         pattern.groups[6 + k].after = [k, (k + 1) % 6].map(single).into();
     }
     check(&pattern, 6.0, 3);
-    // Contradictory demands must not hang.
+    // Contradictory conditions must not cause an endless loop.
     pattern.groups[0].after = vec![single(1)];
     pattern.groups[1].after = vec![single(0)];
     assert_eq!(Symbolic::analyse(&pattern).nodes().count(), 12);
@@ -263,7 +263,7 @@ fn shapes(s: &Symbolic) -> Vec<Shape> {
     s.runs().flat_map(|(_, nodes)| nodes).map(|node| node.shape).collect()
 }
 
-/// An angle has to do with the hinges of its own body only; where its pivot vanishes, rows are interchanged.
+/// An angle is coupled only to the hinges of its own body; if its pivot vanishes, rows are interchanged.
 #[test]
 fn angles_are_left_out_where_a_link_couples_to_the_next() {
     let pattern = bodies(&(0..9_usize).map(|b| b.wrapping_sub(1)).collect::<Vec<_>>());
@@ -275,7 +275,7 @@ fn angles_are_left_out_where_a_link_couples_to_the_next() {
         let count = |shape| shapes(&s).into_iter().filter(|&other| other == shape).count();
         assert_eq!([Shape::Outer, Shape::Inner, Shape::Linked].map(count), [4, 4, 1]);
     }
-    // A spring between two angles couples them, and an interchange in one link does not reach beyond its hinges.
+    // A spring between two angles couples them; an interchange in one link affects only its hinges.
     let mut sprung = pattern.clone();
     sprung.entries.extend([(2, 7), (32, 37)]);
     let s = check_with(&sprung, 6.0, 4, massless(2));
@@ -291,7 +291,7 @@ fn coordinates_of_a_branching_body_stay() {
     assert_eq!(s.nodes().filter(|&(size, _)| size == 5).count(), 1);
 }
 
-/// Constant multipliers go after all coordinates that they touch.
+/// Constant multipliers are eliminated after all coordinates that they touch.
 #[test]
 fn constant_multipliers_are_condensed() {
     let mut pattern = bodies(&[usize::MAX, 0, 1, 2]);
@@ -325,7 +325,7 @@ fn singular_matrices_are_reported() {
     assert!(lu.factor(&s).is_err());
 }
 
-/// A pivot of which δ of its terms is left, in one node or in the second of two, for kernels with and without interchanges.
+/// A pivot of which a fraction δ of its terms remains, in one node or in the second of two, for kernels with and without interchanges.
 #[test]
 fn what_a_pivot_loses_is_told_by_every_kernel() {
     for (size, delta) in (1..=10).flat_map(|size| [1e-3, 1e-6].map(|delta| (size, delta))) {
@@ -345,7 +345,7 @@ fn what_a_pivot_loses_is_told_by_every_kernel() {
     }
 }
 
-/// Two equal constraints, with their coordinates in an earlier node, in the same one, or condensed.
+/// Two equal constraints whose coordinates are in an earlier node, in the same node, or condensed.
 #[test]
 fn redundant_constraints_are_reported() {
     let entries = vec![(0, 0), (1, 1), (2, 0), (2, 1), (3, 0), (3, 1)];
@@ -378,12 +378,12 @@ fn redundant_constraints_are_reported() {
     }
 }
 
-/// Strings of constant bodies and of others, stars of both, and loops that all wait for bodies far away: twice the size is twice the work.
+/// Strings of constant and of other bodies, stars of both, and loops that all wait for distant bodies: twice the size requires twice the work.
 #[test]
 fn the_analysis_takes_work_in_proportion_to_the_size() {
     let chain = |size: usize| bodies(&(0..size).map(|b| b.wrapping_sub(1)).collect::<Vec<_>>());
     let star = |size: usize| bodies(&(0..size).map(|b| if b == 0 { usize::MAX } else { 0 }).collect::<Vec<_>>());
-    // A string of single constant unknowns that can be condensed from its end only, in descending order.
+    // A string of single constant unknowns that can be condensed only from its end, in descending order.
     let string = |size: usize, constant: bool| {
         let mut pattern = blocks(&vec![1; size], &(1..size).map(|b| (b - 1, b)).collect::<Vec<_>>());
         pattern.constant = (0..size).map(|b| constant && b > 0).collect();
@@ -394,7 +394,7 @@ fn the_analysis_takes_work_in_proportion_to_the_size() {
         pattern.constant = vec![true; size];
         pattern
     };
-    // Rungs between two strings, of which each waits for both down to the ground.
+    // Rungs between two strings; each rung waits for both strings down to the ground.
     let ladder = |size: usize| {
         let sides = (2..2 * size).map(|b| (b - 2, b));
         let rungs = (0..size).flat_map(|k| [2 * k, 2 * k + 1].map(|b| (b, 2 * size + k)));

@@ -1,29 +1,29 @@
-//! What has to wait for whole branches of a tree: found out in time that hardly depends on how long they are.
+//! Groups that wait for whole branches of a tree. The time to find them hardly depends on the lengths of the branches.
 //!
-//! A group waits below the lowest group of its branch that is not done. When that one is done, all that wait there move up together to the
-//! next one above, except those whose branches end before it: a list that the deepest end comes out of first.
+//! A group waits at the lowest group of its branch that is not done. When that one is done, all groups waiting there move up together to the
+//! next one above, except those whose branches end before it; a heap returns the one with the deepest end first.
 
 use std::collections::BinaryHeap;
 
 use super::pattern::Group;
 
-/// Beyond the root.
+/// The parent of a root.
 const GROUND: usize = usize::MAX;
 
-/// Which groups wait, and where.
+/// The waiting groups, and where they wait.
 pub(super) struct Waiting {
     parent: Vec<usize>,
     depth: Vec<usize>,
-    /// Of a group that is done, one further up with none but done ones between; itself of any other.
+    /// For a group that is done, a group further up with only done groups between them; otherwise the group itself.
     above: Vec<usize>,
-    /// Those that wait at a group, by the depth of the uppermost one that they wait for.
+    /// The groups that wait at each group, sorted by the depth of the uppermost group of their branch.
     here: Vec<BinaryHeap<(usize, usize)>>,
-    /// For how many branches each group waits.
+    /// The number of branches for which each group waits.
     left: Vec<usize>,
 }
 
 impl Waiting {
-    /// All groups wait for all their branches.
+    /// Initially, all groups wait for all their branches.
     pub(super) fn new(groups: &[Group]) -> Self {
         let parent: Vec<usize> = groups.iter().map(|group| group.parent.unwrap_or(GROUND)).collect();
         let depth = depths(&parent);
@@ -49,7 +49,7 @@ impl Waiting {
         self.left[g] > 0
     }
 
-    /// Takes note that a group is done, and shows those that need not wait any more.
+    /// Marks a group as done, and passes the groups that no longer wait to `freed`.
     pub(super) fn done(&mut self, g: usize, mut freed: impl FnMut(usize)) {
         self.above[g] = self.parent[g];
         let next = self.next(g);
@@ -67,7 +67,7 @@ impl Waiting {
         }
     }
 
-    /// The first group from here to the root that is not done.
+    /// The first group that is not done on the path from here to the root.
     fn next(&mut self, mut g: usize) -> usize {
         while g != GROUND && self.above[g] != g {
             let above = self.above[g];
@@ -80,7 +80,7 @@ impl Waiting {
     }
 }
 
-/// How many groups there are from each to its root, itself included.
+/// The number of groups on the path from each group to its root, both included.
 fn depths(parent: &[usize]) -> Vec<usize> {
     let mut depth = vec![0; parent.len()];
     let mut path = Vec::new();

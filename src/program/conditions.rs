@@ -1,7 +1,7 @@
-//! What is kept where a condition holds and 0 elsewhere: the derivatives of maxima and minima, whatever they are on the side that is cut off.
+//! Values kept where a condition holds and 0 elsewhere: the derivatives of maxima and minima, even if infinite on the side that is cut off.
 //!
-//! A condition is a node that is 1 or 0. Sums and fixed multiples of what is kept have conditions as well, and what is made of them by a slope is cut off behind
-//! it: the slope may be infinite or NaN there, like that of √max(x, 0) for x < 0.
+//! A condition is a node that is 1 or 0. Sums and fixed multiples of kept values have conditions as well. Products of kept values with a slope are cut
+//! off after the multiplication, because the slope may be infinite or NaN where the condition fails, like that of √max(x, 0) for x < 0.
 
 use super::expression::{Expression, Node};
 use super::function::Function;
@@ -19,7 +19,7 @@ impl Graph {
         node
     }
 
-    /// What two nodes keep where one condition holds: also their sum is cut off behind the slopes that come.
+    /// The kept values of two nodes with a common condition, which is also returned, so that their sum can be cut off by one condition.
     pub(super) fn both_where(&self, x: Node, y: Node) -> Option<(Node, [Node; 2])> {
         match (self.expression(x), self.expression(y)) {
             (Expression::Where(condition, x), Expression::Where(other, y)) if condition == other => {
@@ -29,7 +29,7 @@ impl Graph {
         }
     }
 
-    /// Notes where a sum is not 0, if each of its terms is kept by a condition.
+    /// Records a condition for a sum if both of its terms have conditions.
     pub(super) fn note_condition(&mut self, sum: Node, terms: [Node; 2]) {
         if let [Some(first), Some(second)] = terms.map(|term| self.condition(term)) {
             let either = self.joined(first, second, false);
@@ -37,7 +37,7 @@ impl Graph {
         }
     }
 
-    /// The condition that both of two hold, or that one of them does: numbers 0 and 1, multiplied or the larger one.
+    /// The condition that both of two conditions hold (their product), or that at least one does (their maximum).
     fn joined(&mut self, x: Node, y: Node, is_both: bool) -> Node {
         use Expression::{Max, Multiply};
         for (x, y) in [(x, y), (y, x)] {
@@ -51,7 +51,7 @@ impl Graph {
         if is_both { self.multiply(x, y) } else { self.put(Max(x.min(y), x.max(y))) }
     }
 
-    /// The condition without which a node is 0, if it is a fixed multiple of what is kept where one holds, or a sum of such nodes.
+    /// The condition without which a node is 0: for kept values, fixed multiples of these, and sums of such nodes.
     pub(super) fn condition(&self, node: Node) -> Option<Node> {
         match self.expression(node) {
             Expression::Of(Function::Negative, x) => self.condition(x),
@@ -60,7 +60,7 @@ impl Graph {
         }
     }
 
-    /// A node with a condition, without it.
+    /// A node that has a condition, without the condition.
     pub(super) fn unconditional(&mut self, node: Node) -> Node {
         match self.expression(node) {
             Expression::Where(_, x) => self.unconditional(x),
@@ -76,7 +76,7 @@ impl Graph {
         }
     }
 
-    /// x, which leaves nothing behind infinite slopes where it vanishes, as a derivative that is not there.
+    /// x, kept where it is not 0, so that its products with infinite slopes are 0 where it vanishes.
     pub(crate) fn unless_zero(&mut self, x: Node) -> Node {
         let zero = self.constant(0.0);
         let (below, above) = (self.less(x, zero), self.less(zero, x));

@@ -1,11 +1,11 @@
-//! What the nodes of a [`Graph`] depend on, and what follows from it for their derivatives.
+//! The dependences between the nodes of a [`Graph`], and their consequences for derivatives.
 
 use super::expression::{Expression, Node};
 use super::function::Function;
 use super::graph::Graph;
 
 impl Graph {
-    /// The nodes that some depend on, these included, in an order in which they can be computed.
+    /// The given nodes and all nodes on which they depend, in an order in which they can be computed.
     pub(crate) fn reachable(&self, from: impl IntoIterator<Item = Node>) -> Vec<Node> {
         let mut reached = vec![false; self.len()];
         from.into_iter().for_each(|node| reached[node.0 as usize] = true);
@@ -17,7 +17,7 @@ impl Graph {
         (0..self.len()).filter(|&i| reached[i]).map(|i| Node(i as u32)).collect()
     }
 
-    /// Of every node, whether a function that some nodes are made of tells its 0 from −0.
+    /// For every node, whether the given nodes depend on the sign of its zero.
     pub(super) fn sees_signs(&self, nodes: &[Node]) -> Vec<bool> {
         use Expression::*;
         let mut seen = vec![false; self.len()];
@@ -42,7 +42,7 @@ impl Graph {
         seen
     }
 
-    /// Whether any of these depends on inputs by a sign, a comparison or an angle, of which derivatives may show nothing: that of (x, x) steps.
+    /// Whether any of the nodes depends on inputs by a sign, a comparison or an angle; derivatives may not show this: the angle of (x, x) is a step.
     pub(crate) fn is_piecewise(&self, nodes: impl IntoIterator<Item = Node>) -> bool {
         let is_step = |node| {
             matches!(self.expression(node), Expression::Of(Function::Sign, _) | Expression::Less(..) | Expression::Atan2(..))
@@ -50,10 +50,10 @@ impl Graph {
         self.reachable(nodes).into_iter().any(|node| is_step(node) && !self.is_fixed(node))
     }
 
-    /// Whether any of these loses digits where its products are multiplied out, as (x − r)² where x is close to r: whether it multiplies sums, or a
-    /// sum of exact numbers, with what varies.
+    /// Whether any of the nodes loses digits if its products are expanded, as (x − r)² for x close to r: it multiplies sums with each other, or a
+    /// sum of exact numbers with a quantity that varies.
     pub(crate) fn multiplies_sums(&self, nodes: impl IntoIterator<Item = Node>) -> bool {
-        // Of every node, whether it has a sum of what varies, and one of exact numbers.
+        // For every node, whether it contains a sum of varying terms, and whether it contains one of exact numbers.
         let mut sums = vec![[false; 2]; self.len()];
         self.reachable(nodes).into_iter().filter(|&node| !self.is_fixed(node)).any(|node| {
             let of = |x: Node| sums[x.index()];
@@ -74,7 +74,7 @@ impl Graph {
         })
     }
 
-    /// Whether a node is a number without rounding.
+    /// Whether a node is free of rounding errors.
     fn is_exact(&self, node: Node) -> bool {
         match self.expression(node) {
             Expression::Input(_) => true,
@@ -83,7 +83,7 @@ impl Graph {
         }
     }
 
-    /// Whether any of these may be undefined where its derivatives by the first inputs are not: logarithms, and what does not depend on these.
+    /// Whether any of the nodes may be undefined where derivatives by the first inputs are defined: logarithms, and terms without these inputs.
     pub(crate) fn is_partly_defined(&self, nodes: &[Node], inputs: usize) -> bool {
         let mut moves = vec![false; self.len()];
         let mut is_partial = |node: Node| {
@@ -104,7 +104,7 @@ impl Graph {
         self.reachable(nodes.iter().copied()).into_iter().any(&mut is_partial)
     }
 
-    /// The inputs that a node depends on.
+    /// The inputs on which a node depends.
     pub(crate) fn inputs_of(&self, node: Node) -> Vec<usize> {
         let nodes = self.reachable([node]);
         let inputs = nodes.into_iter().filter_map(|node| match self.expression(node) {
@@ -114,7 +114,7 @@ impl Graph {
         inputs.collect()
     }
 
-    /// What some nodes are made of at every point: inputs, and nodes that are fixed.
+    /// The inputs and fixed nodes from which the given nodes are computed at every point.
     pub(super) fn edge(&self, of: &[Node]) -> Vec<Node> {
         let node = |i: usize| Node(i as u32);
         let mut needed = vec![false; self.len()];
@@ -134,7 +134,7 @@ impl Graph {
 mod tests {
     use super::*;
 
-    /// Whether what is made of x, y, a parameter r and a number loses digits where it is multiplied out.
+    /// Whether a function of x, y, a parameter r and a number loses digits if it is expanded.
     fn loses(formula: fn(&mut Graph, [Node; 4]) -> Node) -> bool {
         let mut graph = Graph::default();
         let (x, y, r, c) = (graph.input(0), graph.input(1), graph.parameter(0), graph.constant(1.5));

@@ -1,13 +1,13 @@
-//! Derivatives of a graph as more nodes of it: the chain rule, from the arguments to the results and from the results to the arguments.
+//! Derivatives of a graph, added to it as nodes by the chain rule, in forward and in reverse mode.
 
 use super::expression::{Expression, Node};
 use super::function::Function;
 use super::graph::Graph;
 
 impl Graph {
-    /// ∂y/∂x w of a node y and its `k`-th argument x; none where it vanishes everywhere.
+    /// ∂y/∂x w for a node y and its `k`-th argument x; `None` if it vanishes everywhere.
     ///
-    /// What a condition cuts off is cut off behind the slope, which may be infinite there: that of √max(x, 0) for x < 0.
+    /// The condition of w is applied after the multiplication by the slope, which may be infinite, like that of √max(x, 0) for x < 0.
     fn partial_times(&mut self, y: Node, k: usize, w: Node) -> Option<Node> {
         match self.expression(y) {
             Expression::Add(..) | Expression::Subtract(..) | Expression::Of(Function::Negative, _) => {
@@ -17,7 +17,7 @@ impl Graph {
         }
     }
 
-    /// What is made of w, cut off by the condition that w is kept by.
+    /// Applies `make` to w without its condition, and applies the condition to the result.
     fn behind_condition(&mut self, w: Node, make: impl FnOnce(&mut Graph, Node) -> Option<Node>) -> Option<Node> {
         let Some(condition) = self.condition(w) else { return make(self, w) };
         let kept = self.unconditional(w);
@@ -46,7 +46,7 @@ impl Graph {
                 let slope = self.slope_of_power((x, n), if is_smooth { Graph::slope_power } else { Graph::power });
                 self.multiply(slope, w)
             }
-            // x^1.5 bends without bound at 0, but not along what leaves x as it is.
+            // The slope of x^1.5 has an infinite slope at 0, but not along directions in which x is constant.
             (SlopePower(x, n), 0) => {
                 let slope = self.slope_of_power((x, n), Graph::slope_power);
                 if self.is_cusp(y) { self.vanishing(slope, w) } else { self.multiply(slope, w) }
@@ -73,7 +73,7 @@ impl Graph {
         })
     }
 
-    /// Whether its slope may be infinite beside what vanishes: xⁿ with n < 1 in the slope of a higher power.
+    /// Whether the slope of y may be infinite where its factor vanishes: xⁿ with n < 1 in the slope of a higher power.
     fn is_cusp(&self, y: Node) -> bool {
         matches!(self.expression(y), Expression::SlopePower(_, n) if self.value(n) < Some(1.0))
     }
@@ -86,16 +86,16 @@ impl Graph {
         self.multiply(n, power)
     }
 
-    /// w for the second argument of a maximum or minimum where `low` < `high`, and for the first elsewhere.
+    /// w where the selected argument decides: the second argument of a maximum or minimum where `low` < `high`, the first elsewhere.
     fn select(&mut self, (low, high): (Node, Node), k: usize, w: Node) -> Node {
         let (one, second) = (self.constant(1.0), self.less(low, high));
         let first = self.subtract(one, second);
         self.keep_where([first, second][k], w)
     }
 
-    /// Σ wᵢ ∂yᵢ/∂x for each x, from the results to the arguments (reverse mode).
+    /// Σ wᵢ ∂yᵢ/∂x for each x (reverse mode).
     ///
-    /// Cusps are left to forward mode, which knows whether their arguments move: those of (b t)^0.5 do not by b at t = 0.
+    /// Cusps are differentiated in forward mode, which detects whether their arguments vary: those of (b t)^0.5 do not vary with b at t = 0.
     pub(crate) fn reverse(&mut self, weighted: &[(Node, Node)], with_respect_to: &[Node]) -> Vec<Node> {
         let order = self.reachable(weighted.iter().map(|(y, _)| *y));
         let (zero, one, len) = (self.constant(0.0), self.constant(1.0), self.len());
@@ -134,7 +134,7 @@ impl Graph {
         with_respect_to.iter().map(behind_cusps).collect()
     }
 
-    /// The derivatives of some nodes in a direction, given by the tangents of inputs or parameters (forward mode).
+    /// The directional derivatives of nodes, given the tangents of inputs or parameters (forward mode).
     pub(crate) fn forward(&mut self, of: &[Node], tangents: &[(Node, Node)]) -> Vec<Node> {
         let order = self.reachable(of.iter().copied());
         let mut tangent = vec![self.constant(0.0); self.len()];

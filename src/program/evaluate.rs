@@ -1,4 +1,4 @@
-//! A graph on any numbers, node by node: what a program is not made for, since it is asked once a motion.
+//! Evaluation of a graph node by node, on any number type; used where a program is not worthwhile, for example once per motion.
 
 use num_dual::Dual64;
 
@@ -7,7 +7,7 @@ use super::graph::Graph;
 use crate::Scalar;
 
 impl Expression {
-    /// Its value, given those of the nodes that it is made of.
+    /// The value of an expression, given those of the nodes it is computed from.
     pub(crate) fn value<S: Scalar>(self, at: impl Fn(Node) -> S, parameters: &[S], inputs: &[S]) -> S {
         use Expression::*;
         match self {
@@ -43,11 +43,11 @@ impl Expression {
     }
 }
 
-/// A node and what it is replaced by, which is made of nodes before it.
+/// A node and the expression that replaces it, which uses only earlier nodes.
 pub(crate) type Replacement = Option<(Node, Expression)>;
 
 impl Graph {
-    /// The values of all nodes, for given parameters and inputs.
+    /// The values of all nodes for given parameters and inputs.
     pub(crate) fn evaluate<S: Scalar>(&self, parameters: &[S], inputs: &[S]) -> Vec<S> {
         let mut values: Vec<S> = Vec::with_capacity(self.len());
         for expression in self.expressions() {
@@ -60,7 +60,7 @@ impl Graph {
         by.filter(|(which, _)| *which == node).map_or(self.expression(node), |(_, other)| other)
     }
 
-    /// The values of some nodes, which follow what they are made of, where one may be replaced; 0 for all others.
+    /// The values of the nodes in `order`, in which one node may be replaced; 0 for all others.
     pub(crate) fn values(&self, order: &[Node], by: Replacement, inputs: &[f64]) -> Vec<f64> {
         let mut values = vec![0.0; self.len()];
         for &node in order {
@@ -69,7 +69,7 @@ impl Graph {
         values
     }
 
-    /// ∂y/∂x of a node y by each of these nodes x, at such values.
+    /// The derivatives ∂y/∂x of a node y with respect to each node x, at the given values.
     pub(crate) fn slopes(&self, order: &[Node], by: Replacement, values: &[f64], y: Node) -> Vec<f64> {
         let mut slopes = vec![0.0; self.len()];
         slopes[y.index()] = 1.0;
@@ -78,7 +78,7 @@ impl Graph {
             let mut last = None;
             for x in expression.arguments().filter(|_| slope != 0.0) {
                 let seeded = |node: Node| Dual64::new(values[node.index()], f64::from(u8::from(node == x)));
-                // A square has one argument.
+                // A square has only one argument.
                 if last != Some(x) {
                     slopes[x.index()] += slope * expression.value(seeded, &[], &[]).eps;
                 }
@@ -88,7 +88,7 @@ impl Graph {
         slopes
     }
 
-    /// Adds the nodes of another graph, whose inputs are nodes of this one; returns where they came to stand.
+    /// Adds the nodes of another graph whose inputs are nodes of this one; returns the new nodes.
     pub(crate) fn import(&mut self, other: &Graph, inputs: &[Node]) -> Vec<Node> {
         let mut nodes: Vec<Node> = Vec::with_capacity(other.len());
         for expression in other.expressions() {

@@ -1,24 +1,24 @@
-//! [`Expression`]: how one node of a graph is made of others.
+//! [`Expression`]: the operation and the arguments of one node of a graph.
 
 use super::function::Function;
 
-/// A node, by its number.
+/// A node, identified by its number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) struct Node(pub(super) u32);
 
 impl Node {
-    /// Its place among the values of all nodes.
+    /// The index of the node in a list of the values of all nodes.
     pub(crate) fn index(self) -> usize {
         self.0 as usize
     }
 }
 
-/// How a node is made.
+/// The operation that computes a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Expression {
     /// A number, by its bits.
     Constant(u64),
-    /// A number that is fixed while a motion is computed: a constant of the element.
+    /// A quantity that is constant while a motion is computed: a constant of the element.
     Parameter(u32),
     /// An argument that varies along a motion.
     Input(u32),
@@ -31,22 +31,22 @@ pub(crate) enum Expression {
     IntegerPower(Node, i32),
     /// xⁿ for a fixed n.
     Power(Node, Node),
-    /// The same in the slope of a higher power: where its own slope is infinite, what vanishes does so beside it.
+    /// xⁿ for a fixed n in the slope of a higher power; products of its slope with a factor that vanishes are 0, even if the slope is infinite.
     SlopePower(Node, Node),
-    /// The angle of the point (x, y), of y and x.
+    /// The angle of the point (x, y); the arguments are y and x.
     Atan2(Node, Node),
     Max(Node, Node),
     Min(Node, Node),
-    /// 1 where the first is less than the second, 0 elsewhere.
+    /// 1 if the first is less than the second, 0 otherwise.
     Less(Node, Node),
-    /// The second where the first is not 0, and 0 elsewhere, whatever the second is there.
+    /// The second if the first is not 0, otherwise 0, whatever the second is.
     Where(Node, Node),
-    /// The product, and 0 where the second vanishes, whatever the first is there.
+    /// The product, but 0 where the second vanishes, whatever the first is.
     Vanishing(Node, Node),
 }
 
 impl Expression {
-    /// The nodes that it is made of.
+    /// The arguments of the expression.
     pub(crate) fn arguments(self) -> impl DoubleEndedIterator<Item = Node> {
         use Expression::*;
         let (first, second) = match self {
@@ -59,7 +59,7 @@ impl Expression {
         first.into_iter().chain(second)
     }
 
-    /// The same of other nodes.
+    /// The same operation with other arguments.
     pub(super) fn map(self, f: impl Fn(Node) -> Node) -> Self {
         use Expression::*;
         match self {

@@ -1,4 +1,4 @@
-//! The same results by fewer multiplications.
+//! Transformations of results that reduce the number of multiplications.
 //!
 //! ```text
 //!   (a b) c,  (a d) b    →    p = a b,  p c,  p d        the most frequent pairs of factors are multiplied once
@@ -6,7 +6,7 @@
 //!   f a ± g a            →    (f ± g) a                  for fixed factors f and g
 //! ```
 //!
-//! Sums keep their order: in the one that was written, a small difference of large numbers may be exact.
+//! The order of sums is preserved, because a small difference of large numbers may be exact in the order in which it was written.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -14,10 +14,10 @@ use std::collections::BinaryHeap;
 use super::expression::{Expression, Node};
 use super::graph::{Graph, Map};
 
-/// Products of more factors stay as they are: their pairs are too many.
+/// Products of more factors are left unchanged, because they have too many pairs.
 const MOST: usize = 50;
 
-/// The nodes that some results need, in order, and how many of these and of the results are made of each node.
+/// The nodes from which some results are computed, in order, and the number of uses of each node.
 struct Needed {
     nodes: Vec<Node>,
     uses: Vec<usize>,
@@ -37,7 +37,7 @@ impl Needed {
 }
 
 impl Graph {
-    /// Nodes of the same values that take fewer multiplications.
+    /// Equivalent results that require fewer multiplications.
     pub(super) fn factored(&mut self, results: &[Node]) -> Vec<Node> {
         let needed = Needed::new(self, results);
         let products = Products::new(self, &needed);
@@ -46,9 +46,9 @@ impl Graph {
         self.rebuilt(&needed, &results, |graph, node, map| graph.sum_of_multiples(node, &needed, map))
     }
 
-    /// The results with what they need made anew: by `rebuild`, or, where it gives nothing, as it was.
+    /// The results, with all nodes they need computed by `rebuild` or, if it returns `None`, by the same operation as before.
     ///
-    /// Angles of points stay: at ±π they jump where a difference that was exactly zero is rounded.
+    /// The arguments of angles are left unchanged: angles jump at ±π if a difference that was exactly zero is rounded.
     fn rebuilt(
         &mut self,
         needed: &Needed,
@@ -74,7 +74,7 @@ impl Graph {
         results.iter().map(|node| map[node.index()]).collect()
     }
 
-    /// f a ± f b as f (a ± b), if neither product is needed otherwise, and f a ± g a as (f ± g) a.
+    /// Rewrites f a ± f b as f (a ± b), if neither product has another use, and f a ± g a as (f ± g) a.
     fn sum_of_multiples(&mut self, node: Node, needed: &Needed, map: &[Node]) -> Option<Node> {
         let (terms, join): (_, fn(&mut Graph, Node, Node) -> Node) = match self.expression(node) {
             _ if self.is_signed(node) => return None,
@@ -97,18 +97,18 @@ impl Graph {
         })
     }
 
-    /// The fixed factor of a node, which may be 1, and the other one.
+    /// The fixed factor of a node, which may be 1, and the other factor.
     fn multiple(&mut self, node: Node) -> (Node, Node) {
         self.fixed_factor(node).unwrap_or_else(|| (self.constant(1.0), node))
     }
 }
 
-/// In how many products each pair of factors is.
+/// The number of products that contain each pair of factors.
 #[derive(Default)]
 struct Pairs {
-    /// The products that have had a pair, and how many have it.
+    /// The products that have contained a pair, and the number of those that still contain it.
     holders: Map<(u32, u32), (Vec<Node>, usize)>,
-    /// Each pair with every number of products, above one, that it has been in.
+    /// Each pair with every number of products greater than one in which it has occurred.
     queue: BinaryHeap<(usize, Reverse<(u32, u32)>)>,
 }
 
@@ -126,7 +126,7 @@ impl Pairs {
         self.queue.extend((*count > 1).then_some((*count, Reverse(pair))));
     }
 
-    /// Takes the pair that is in most products, at least in two, and all that have had it.
+    /// Removes and returns the pair that occurs in most products (at least two), with all products that have contained it.
     fn most_frequent(&mut self) -> Option<((u32, u32), Vec<Node>)> {
         while let Some((count, Reverse(pair))) = self.queue.pop() {
             let (holders, now) = self.holders.entry(pair).or_default();
@@ -138,18 +138,18 @@ impl Pairs {
     }
 }
 
-/// Products of factors that vary, each with all of its factors.
+/// Products of varying factors, each with all of its factors.
 struct Products {
-    /// Factors, or pairs of factors, the latter numbered after all nodes. Nothing for what is no product, or part of another one alone.
+    /// Factors, or pairs of factors, which are numbered after all nodes. Omits nodes that are not products or are used in one other product only.
     factors: Map<Node, Vec<u32>>,
-    /// The pairs that became factors themselves.
+    /// The pairs that were replaced by a factor.
     joined: Vec<(u32, u32)>,
-    /// The number of nodes, and of the first pair.
+    /// The number of nodes, which is also the number of the first pair.
     nodes: u32,
 }
 
 impl Products {
-    /// Of what some results need.
+    /// Collects the products among the needed nodes and joins frequent pairs.
     fn new(graph: &Graph, needed: &Needed) -> Self {
         let mut factors = Map::<Node, Vec<u32>>::default();
         for &node in &needed.nodes {
@@ -169,7 +169,7 @@ impl Products {
         products
     }
 
-    /// Replaces the most frequent pair of factors by its product, again and again, until none is there twice.
+    /// Replaces the most frequent pair of factors by its product until no pair occurs twice.
     fn join_pairs(&mut self) {
         let mut pairs = Pairs::default();
         for (&node, factors) in &self.factors {
@@ -197,13 +197,13 @@ impl Products {
         }
     }
 
-    /// A product as that of its factors and pairs.
+    /// Computes a product from its factors and pairs.
     fn rebuild(&self, graph: &mut Graph, node: Node, map: &[Node]) -> Option<Node> {
         let factors = self.factors.get(&node)?.iter().map(|&factor| self.node(graph, factor, map)).collect::<Vec<_>>();
         factors.into_iter().reduce(|x, y| graph.multiply(x, y))
     }
 
-    /// The node of a factor, or of a pair of them.
+    /// The node of a factor or of a pair of factors.
     fn node(&self, graph: &mut Graph, factor: u32, map: &[Node]) -> Node {
         let Some(pair) = factor.checked_sub(self.nodes) else { return map[factor as usize] };
         let (x, y) = self.joined[pair as usize];
@@ -212,7 +212,7 @@ impl Products {
     }
 }
 
-/// The factors of a product of two that vary.
+/// The factors of a product if both of them vary.
 fn varying_factors(graph: &Graph, node: Node) -> Option<[Node; 2]> {
     match graph.expression(node) {
         Expression::Multiply(x, y) if !graph.is_fixed(x) && !graph.is_fixed(y) => Some([x, y]),
@@ -220,7 +220,7 @@ fn varying_factors(graph: &Graph, node: Node) -> Option<[Node; 2]> {
     }
 }
 
-/// All pairs of some factors, each once; the factors stand in order.
+/// All pairs of the given sorted factors, without duplicates.
 fn pairs_of(factors: &[u32]) -> Vec<(u32, u32)> {
     let pairs = factors.iter().enumerate().flat_map(|(i, &x)| factors[i + 1..].iter().map(move |&y| (x, y)));
     let mut pairs: Vec<_> = pairs.collect();
@@ -233,7 +233,7 @@ fn pairs_of(factors: &[u32]) -> Vec<(u32, u32)> {
 mod tests {
     use super::*;
 
-    /// How many multiplications some nodes take before and after, with the same values.
+    /// The numbers of multiplications before and after the transformation; also checks that the values agree.
     fn multiplications(graph: &mut Graph, results: &[Node]) -> [usize; 2] {
         let count = |graph: &Graph, results: &[Node]| {
             let nodes = graph.reachable(results.iter().copied()).into_iter();
@@ -257,9 +257,9 @@ mod tests {
         let mut graph = Graph::default().loose();
         let [x, y, z, w] = [0, 1, 2, 3].map(|which| graph.input(which));
         let results = [[x, y, z], [x, w, y], [y, z, w], [x, x, y]].map(|factors| product(&mut graph, &factors));
-        // x y, with z, w and x, and y z w by two.
+        // x y occurs with z, with w and with x; y z w is computed by two multiplications.
         assert_eq!(multiplications(&mut graph, &results), [8, 6]);
-        // What is needed as it is, is taken: x z.
+        // The product x z, which is needed as a result, is used.
         let mut graph = Graph::default().loose();
         let [x, y, z] = [0, 1, 2].map(|which| graph.input(which));
         let results = [[x, y, z], [x, z, z]].map(|factors| product(&mut graph, &factors));

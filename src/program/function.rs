@@ -1,10 +1,10 @@
-//! Functions of one number: their values and the rules by which they are differentiated.
+//! Functions of one argument: their values and differentiation rules.
 
 use super::expression::Node;
 use super::graph::Graph;
 use crate::Scalar;
 
-/// A function of one number.
+/// A function of one argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(crate) enum Function {
     Negative,
@@ -29,7 +29,7 @@ pub(crate) enum Function {
 }
 
 impl Function {
-    /// Its value, at any number.
+    /// The value of the function, for any number type.
     #[inline]
     pub(crate) fn value<S: Scalar>(self, x: S) -> S {
         match self {
@@ -65,7 +65,7 @@ impl Function {
         matches!(self, Function::Cos | Function::Cosh | Function::Abs)
     }
 
-    /// f′(x) at y = f(x); none where it vanishes everywhere.
+    /// The derivative f′(x), given y = f(x); `None` if it vanishes everywhere.
     pub(super) fn derivative(self, graph: &mut Graph, x: Node, y: Node) -> Option<Node> {
         let one = graph.constant(1.0);
         Some(match self {
@@ -95,7 +95,7 @@ impl Function {
                 graph.add(one, square)
             }
             Function::Asin | Function::Acos => {
-                // Not 1 − x², which loses digits near the ends.
+                // 1 − x² would lose digits near the ends of the interval.
                 let (above, below) = (graph.add(one, x), graph.subtract(one, x));
                 let rest = graph.multiply(above, below);
                 let root = graph.function(Function::Sqrt, rest);
@@ -110,7 +110,7 @@ impl Function {
             Function::Sinh => graph.function(Function::Cosh, x),
             Function::Cosh => graph.function(Function::Sinh, x),
             Function::Tanh => {
-                // 4 e/(1 + e)² with e = exp(−2 |x|): 1 − y² would lose all digits where y is nearly 1, and cosh x overflows.
+                // 4 e/(1 + e)² with e = exp(−2 |x|): 1 − y² would lose all digits for y close to 1, and cosh x overflows.
                 let (minus_two, four) = (graph.constant(-2.0), graph.constant(4.0));
                 let size = graph.function(Function::Abs, x);
                 let exponent = graph.multiply(minus_two, size);
@@ -125,7 +125,7 @@ impl Function {
         })
     }
 
-    /// Its name where a program is printed.
+    /// The name of the function in printed programs.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Function::Negative => "-",

@@ -1,11 +1,11 @@
 //! [`Graph`]: a formula as an expression graph.
 //!
-//! Every operation on the same arguments is one node, however often the formula asks for it. Operations are simplified as they are recorded:
-//! constants are folded, signs and fixed factors move outwards. Arguments stand before what is made of them, so
-//! the order of the nodes is an order in which they can be computed.
+//! An operation on the same arguments is always the same node. Operations are simplified when they are recorded:
+//! constants are folded, signs and fixed factors move outwards. Arguments precede the operations that use them, so
+//! the nodes can be computed in their order.
 //!
-//! While a formula is recorded, every zero keeps its sign: atan2(0, −1) is π, and atan2(−0, −1) is −π. Nodes whose sign no function sees are then made
-//! once more, and derivatives are made, with rules that hold but for the sign of a zero: 0 x = 0, x + 0 = x, 0 − x = −x.
+//! While a formula is recorded, zeros keep their signs: atan2(0, −1) is π, and atan2(−0, −1) is −π. Then nodes whose sign no function depends on are
+//! created again, and derivatives are added, with rules that hold except for the sign of a zero: 0 x = 0, x + 0 = x, 0 − x = −x.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -13,7 +13,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 use super::expression::{Expression, Node};
 use super::function::Function;
 
-/// A formula, or several, with their derivatives as they are added.
+/// One or more formulas with their derivatives.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Graph {
     expressions: Vec<Expression>,
@@ -22,19 +22,19 @@ pub(crate) struct Graph {
     /// True for a node whose value keeps the sign of a zero.
     signed: Vec<bool>,
     numbers: Map<Expression, Node>,
-    /// Of what is kept where something holds, and of sums of such nodes: what is 0 where they are 0 for this reason.
+    /// For kept values and sums of them: the condition without which they are 0.
     pub(super) conditions: Map<Node, Node>,
     /// True if nodes are made without regard to the signs of zeros.
     pub(super) is_loose: bool,
-    /// Nodes whose values the formula asked for while it was recorded, to branch on them.
+    /// Nodes whose values the formula read while it was recorded.
     looked_at: Vec<Node>,
 }
 
-/// Hashes a few small numbers quickly; keys are our own, so nobody chooses them to collide.
+/// A fast hash of a few small numbers. Keys are internal, so nobody can choose them to collide.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Mixer(u64);
 
-/// A map by small numbers.
+/// A map whose keys are small numbers.
 pub(super) type Map<K, V> = HashMap<K, V, BuildHasherDefault<Mixer>>;
 
 impl Hasher for Mixer {
@@ -48,7 +48,7 @@ impl Hasher for Mixer {
         self.write_u64(u64::from(x));
     }
     fn write_u64(&mut self, x: u64) {
-        // Odd, with digits that look random: 2⁶⁴ over the golden ratio.
+        // Odd, with irregular binary digits: 2⁶⁴ divided by the golden ratio.
         self.0 = (self.0.rotate_left(23) ^ x).wrapping_mul(0x9e37_79b9_7f4a_7c15);
     }
     fn write_isize(&mut self, x: isize) {
@@ -62,21 +62,21 @@ impl Graph {
         Graph { is_loose: true, ..self }
     }
 
-    /// The graph of some results, with the nodes whose sign no function sees made anew, and the results in it.
+    /// The graph of some results, in which nodes whose sign no function depends on are created again; also returns the results in it.
     pub(super) fn loosened(&self, results: &[Node]) -> (Self, Vec<Node>) {
         let seen = self.sees_signs(results);
         let (graph, map) = self.remade(results.iter().copied(), |node| !seen[node.index()]);
         (graph, results.iter().map(|node| map[node.index()]).collect())
     }
 
-    /// The graph without regard to the signs of zeros, which derivatives do not depend on, with the values asked for, and the results in it.
+    /// The graph without the signs of zeros, on which derivatives do not depend; keeps the values read, and returns the results in it.
     pub(crate) fn without_signs(&self, results: &[Node]) -> (Self, Vec<Node>) {
         let (mut graph, map) = self.remade(results.iter().chain(&self.looked_at).copied(), |_| true);
         graph.looked_at = self.looked_at.iter().map(|node| map[node.index()]).collect();
         (graph, results.iter().map(|node| map[node.index()]).collect())
     }
 
-    /// The nodes that some are made of, made anew with or without regard to the signs of zeros, and where each of them is.
+    /// Creates the given nodes and their arguments again, with or without the signs of zeros, and maps old nodes to new ones.
     fn remade(&self, of: impl Iterator<Item = Node>, is_loose: impl Fn(Node) -> bool) -> (Self, Vec<Node>) {
         let (mut graph, mut map) = (Graph::default(), vec![Node(u32::MAX); self.len()]);
         for node in self.reachable(of) {
@@ -86,7 +86,7 @@ impl Graph {
         (graph, map)
     }
 
-    /// Keeps the signs of zeros in the nodes where a function that some results are made of sees them, and in no others.
+    /// Keeps the signs of zeros in exactly those nodes whose sign the results depend on.
     pub(super) fn keep_signs(&mut self, results: &[Node]) {
         self.signed = self.sees_signs(results);
     }
@@ -100,12 +100,12 @@ impl Graph {
         self.expressions.len()
     }
 
-    /// The nodes whose values the formula asked for, in this order.
+    /// The nodes whose values the formula read, in order.
     pub(crate) fn looked_at(&self) -> &[Node] {
         &self.looked_at
     }
 
-    /// Notes that the formula asked for the value of a node; whether that depends on anything.
+    /// Records that the formula read the value of a node; returns whether this value can vary.
     pub(super) fn look_at(&mut self, node: Node) -> bool {
         let varies = self.value(node).is_none();
         if varies {
@@ -122,17 +122,17 @@ impl Graph {
         self.expressions[node.0 as usize]
     }
 
-    /// Of every node, whether it depends on constants and parameters alone.
+    /// For every node, whether it depends on constants and parameters only.
     pub(super) fn fixed(&self) -> Vec<bool> {
         self.fixed.clone()
     }
 
-    /// Whether it depends on constants and parameters alone.
+    /// Whether the node depends on constants and parameters only.
     pub(crate) fn is_fixed(&self, node: Node) -> bool {
         self.fixed[node.0 as usize]
     }
 
-    /// Its value, if it is a number.
+    /// The value of the node if it is a number.
     pub(crate) fn value(&self, node: Node) -> Option<f64> {
         match self.expression(node) {
             Expression::Constant(bits) => Some(f64::from_bits(bits)),
@@ -160,7 +160,7 @@ impl Graph {
         node
     }
 
-    /// The node of an expression, simplified.
+    /// Creates the node of an expression, simplified.
     pub(super) fn make(&mut self, expression: Expression) -> Node {
         use Expression::*;
         match expression {
@@ -186,7 +186,7 @@ impl Graph {
         self.put(Expression::Constant(if self.is_loose { x + 0.0 } else { x }.to_bits()))
     }
 
-    /// Whether x + number is x: where the signs of zeros count, 0 makes 0 of −0.
+    /// Whether x + number is x. If signs of zeros matter, 0 is excluded, because −0 + 0 is 0.
     fn adds_nothing(&self, number: f64) -> bool {
         number == 0.0 && (self.is_loose || number.is_sign_negative())
     }
@@ -199,7 +199,7 @@ impl Graph {
         self.put(Expression::Input(which as u32))
     }
 
-    /// What this is the negative of.
+    /// The node whose negative this is.
     fn negated(&self, node: Node) -> Option<Node> {
         match self.expression(node) {
             Expression::Of(Function::Negative, x) => Some(x),
@@ -207,17 +207,17 @@ impl Graph {
         }
     }
 
-    /// Whether it is the negative of another node.
+    /// Whether the node is the negative of another node.
     pub(crate) fn is_negative(&self, node: Node) -> bool {
         self.negated(node).is_some()
     }
 
-    /// Whether one of two is the negative of the other.
+    /// Whether one of two nodes is the negative of the other.
     pub(crate) fn are_opposite(&self, x: Node, y: Node) -> bool {
         self.negated(x) == Some(y) || self.negated(y) == Some(x)
     }
 
-    /// The fixed factor of a product and the other one.
+    /// The fixed factor of a product, and the other factor.
     pub(super) fn fixed_factor(&self, node: Node) -> Option<(Node, Node)> {
         match self.expression(node) {
             Expression::Multiply(x, y) if self.is_fixed(x) && !self.is_fixed(y) => Some((x, y)),
@@ -225,7 +225,7 @@ impl Graph {
         }
     }
 
-    /// A product as a number and the other factor.
+    /// The numerical factor of a product, and the other factor.
     pub(crate) fn number_times(&self, node: Node) -> Option<(f64, Node)> {
         let (factor, other) = self.fixed_factor(node)?;
         Some((self.value(factor)?, other))
@@ -299,7 +299,7 @@ impl Graph {
                 if number == 1.0 {
                     return other;
                 }
-                // Signs go outwards, so that products with x and −x are one node.
+                // Signs move outwards, so that products with x and −x are one node.
                 let size = self.constant(-number);
                 let product = self.multiply(size, other);
                 return self.negative(product);
@@ -314,7 +314,7 @@ impl Graph {
             let product = self.multiply(x, y);
             return self.negative(product);
         }
-        // Fixed factors are gathered in front, where they are multiplied once.
+        // Fixed factors are collected in front, so that they are multiplied once.
         if let Some((factor, y)) = self.fixed_factor(y) {
             let rest = if self.is_fixed(x) { (self.multiply(x, factor), y) } else { (factor, self.multiply(x, y)) };
             return self.multiply(rest.0, rest.1);
@@ -430,7 +430,7 @@ impl Graph {
         self.put(Expression::Less(x, y))
     }
 
-    /// x y, which vanishes where y does, also beside an infinite x.
+    /// x y, which is 0 where y is, even if x is infinite.
     pub(super) fn vanishing(&mut self, x: Node, y: Node) -> Node {
         if self.value(x).or(self.value(y)).is_some() { self.multiply(x, y) } else { self.put(Expression::Vanishing(x, y)) }
     }

@@ -1,28 +1,28 @@
-//! [`Kernel`]: a program for elements of one shape, in a part that runs once and one that runs at every point.
+//! [`Kernel`]: a program for elements with a common formula, in two parts: one runs once, the other at every point.
 
 use super::expression::{Expression, Node};
 use super::graph::Graph;
 use super::program::Program;
 
-/// What computes some nodes of a graph.
+/// Programs that compute some nodes of a graph.
 ///
-/// What depends on constants and parameters alone is computed by the `prelude`, once for each element and set of design variables; the `main`
-/// program takes it as arguments, after the inputs. It may have stages: each goes on at the same point with what those before it left in the registers.
+/// The `prelude` computes everything that depends on constants and parameters only, once per element and set of design variables. Its results are
+/// arguments of the `main` program, after the inputs. `main` may have stages; each continues at the same point, with the registers of earlier stages.
 #[derive(Clone, Debug)]
 pub(crate) struct Kernel {
-    /// The numbers of the inputs that it uses, in the order of its arguments.
+    /// The numbers of the inputs that are used, in the order of the program's arguments.
     inputs: Vec<usize>,
     prelude: Program,
     stages: Vec<Program>,
 }
 
 impl Kernel {
-    /// For elements with so many parameters; nothing if it is too long.
+    /// Compiles results for elements with `parameters` parameters; `None` if a program is too long.
     pub(crate) fn new(graph: &mut Graph, parameters: usize, results: &[Node]) -> Option<Self> {
         Kernel::in_stages(graph, parameters, &[results])
     }
 
-    /// The same with the results of each stage.
+    /// As [`new`](Self::new), with the results of each stage.
     pub(crate) fn in_stages(graph: &mut Graph, parameters: usize, results: &[&[Node]]) -> Option<Self> {
         let parameters: Vec<Node> = (0..parameters).map(|which| graph.parameter(which)).collect();
         let all = graph.factored(&results.concat());
@@ -43,17 +43,17 @@ impl Kernel {
         Some(Kernel { inputs, prelude, stages: Program::in_stages(graph, &arguments, &stages)? })
     }
 
-    /// The numbers of the inputs that it uses.
+    /// The numbers of the inputs that are used.
     pub(crate) fn inputs(&self) -> &[usize] {
         &self.inputs
     }
 
-    /// How many numbers the prelude computes.
+    /// The number of results of the prelude.
     pub(crate) fn fixed(&self) -> usize {
         self.prelude.results().len()
     }
 
-    /// The program that runs at every point, if there is one stage, and otherwise its first.
+    /// The program that runs at every point, or its first stage.
     pub(crate) fn main(&self) -> &Program {
         self.stage(0)
     }
@@ -66,12 +66,12 @@ impl Kernel {
         &self.prelude
     }
 
-    /// What the prelude computes for one element.
+    /// Runs the prelude for one element.
     pub(crate) fn run_prelude(&self, parameters: &[f64], put: impl FnMut(usize, f64)) {
         run_once(std::slice::from_ref(&self.prelude), parameters, put);
     }
 
-    /// The results of all stages for one element; slow, for what is asked once in a run.
+    /// The results of all stages for one element; slow, for use once per run.
     pub(crate) fn evaluate(&self, parameters: &[f64], input: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut arguments: Vec<f64> = self.inputs.iter().map(|&which| input(which)).collect();
         self.run_prelude(parameters, |_, value| arguments.push(value));

@@ -1,4 +1,4 @@
-//! [`Lanes`]: a kernel for many elements of one shape, in groups that are computed side by side.
+//! [`Lanes`]: a kernel for many elements with a common formula, evaluated side by side in chunks.
 
 use std::ops::Range;
 
@@ -6,29 +6,29 @@ use super::kernel::Kernel;
 use super::places::Places;
 use super::program::Program;
 
-/// Elements that are computed side by side. Where there are fewer than lanes, the last lanes repeat the last element; where there are more, those
-/// before are computed once more.
+/// Elements that are computed side by side. If there are fewer elements than lanes, the last lanes repeat the last element; in the last of several
+/// chunks, the first lanes repeat elements of the chunk before.
 #[derive(Clone, Debug)]
 struct Chunk {
     first: usize,
-    /// The lanes whose results count.
+    /// The lanes whose results are used.
     own: Range<usize>,
     lanes: usize,
-    /// The number of lanes before it.
+    /// The total number of lanes in earlier chunks.
     offset: usize,
 }
 
-/// A kernel and where each element takes its inputs from.
+/// A kernel, and the places from which each element reads its inputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Lanes {
     kernel: Kernel,
     chunks: Vec<Chunk>,
     lanes: usize,
-    /// Of each chunk, where its inputs are taken from.
+    /// The places of the inputs, for each chunk.
     sources: Vec<Places>,
 }
 
-/// Groups of sixteen, of eight or four for what is left, and one by itself: to read an instruction takes as long as to do it for eight.
+/// Chunks of sixteen lanes, of eight or four for the rest, and of one: decoding an instruction takes as long as executing it for eight elements.
 fn chunks(elements: usize) -> Vec<Chunk> {
     let (mut chunks, mut done, mut offset) = (Vec::new(), 0, 0);
     while done < elements {
@@ -52,14 +52,14 @@ impl Chunk {
         self.first + lane.min(self.own.end - 1)
     }
 
-    /// Where numbers of its elements stand.
+    /// The places of the numbers of this chunk's elements.
     fn places(&self, numbers: usize, place: impl Fn(usize, usize) -> usize) -> Places {
         let of = |number| (0..self.lanes).map(move |lane| (self.element(lane), number));
         Places::new((0..numbers).flat_map(of).map(|(element, number)| place(element, number) as u32).collect(), self.lanes)
     }
 }
 
-/// The results of a chunk, one after the other, in their registers.
+/// The results of a chunk, stored in registers.
 #[derive(Clone, Copy)]
 struct Results<'a, const L: usize> {
     program: &'a Program,
@@ -72,18 +72,18 @@ impl<'a, const L: usize> Results<'a, L> {
     }
 }
 
-/// What becomes of the results.
+/// The destination of results.
 trait Sink {
-    /// Takes those of chunk number `which`.
+    /// Stores the results of chunk number `which`.
     fn take<const L: usize>(&mut self, which: usize, chunk: &Chunk, results: Results<L>);
 }
 
-/// Shows the first of some elements, the number of the result and their values: of these lanes of a chunk.
+/// Passes each result of the given lanes to `to`: the first element, the number of the result, and the values.
 #[inline(always)]
 fn show<const L: usize>(chunk: &Chunk, lanes: Range<usize>, results: Results<L>, to: &mut impl FnMut(usize, usize, &[f64])) {
-    // Loops, of which a compiler has less to do for every `to` than of iterators that are handed on.
+    // Plain loops compile faster than iterators that are passed on, because this code is compiled for every `to`.
     if lanes.len() == L {
-        // Of a length that the compiler knows.
+        // The length of this slice is known to the compiler.
         for (k, values) in results.iter().enumerate() {
             to(chunk.first, k, values);
         }
@@ -94,7 +94,7 @@ fn show<const L: usize>(chunk: &Chunk, lanes: Range<usize>, results: Results<L>,
     }
 }
 
-/// Shows every element once.
+/// Passes every element once.
 struct Put<F>(F);
 
 impl<F: FnMut(usize, usize, &[f64])> Sink for Put<F> {
@@ -104,7 +104,7 @@ impl<F: FnMut(usize, usize, &[f64])> Sink for Put<F> {
     }
 }
 
-/// Shows elements of the chunk before once more: then most chunks are as long as the lanes.
+/// Also passes repeated elements of the chunk before, so that most slices have the full number of lanes.
 struct Write<F>(F);
 
 impl<F: FnMut(usize, usize, &[f64])> Sink for Write<F> {
@@ -114,7 +114,7 @@ impl<F: FnMut(usize, usize, &[f64])> Sink for Write<F> {
     }
 }
 
-/// Adds them to sums, and subtracts the first of them elsewhere.
+/// Adds the results to sums, and subtracts the first of them elsewhere.
 struct Add<'a> {
     targets: [&'a [Places]; 2],
     sums: &'a mut [f64],
@@ -145,7 +145,7 @@ fn negative<const L: usize>(values: &[f64; L]) -> [f64; L] {
 }
 
 impl Lanes {
-    /// Places a kernel: `source` says where input number `which` of an element stands among all of a point.
+    /// Prepares a kernel for a number of elements; `source` returns the place of input number `which` of an element in a point.
     pub(crate) fn new(kernel: Kernel, elements: usize, source: impl Fn(usize, usize) -> usize) -> Self {
         let (chunks, inputs) = (chunks(elements), kernel.inputs());
         let sources = chunks.iter().map(|chunk| chunk.places(inputs.len(), |element, k| source(element, inputs[k])));
@@ -153,7 +153,7 @@ impl Lanes {
         Lanes { kernel, chunks, lanes, sources }
     }
 
-    /// Where the first results of the first stage are added: `target` says it of an element and the number of a result.
+    /// The places to which the first results of the first stage are added; `target` returns the place for an element and the number of a result.
     pub(crate) fn targets(&self, results: usize, target: impl Fn(usize, usize) -> usize) -> Vec<Places> {
         self.chunks.iter().map(|chunk| chunk.places(results, &target)).collect()
     }
@@ -162,7 +162,7 @@ impl Lanes {
         &self.kernel
     }
 
-    /// Registers for all elements, in which what preludes compute stays, and what a stage leaves to the next one.
+    /// Registers for all elements; they keep the results of the preludes, and those of a stage for the next one.
     pub(crate) fn registers(&self) -> Vec<f64> {
         vec![0.0; self.lanes * self.kernel.main().registers()]
     }
@@ -179,13 +179,13 @@ impl Lanes {
         }
     }
 
-    /// The registers of some elements.
+    /// The registers of the elements of a chunk.
     fn own<'a>(&self, chunk: &Chunk, registers: &'a mut [f64]) -> &'a mut [f64] {
         let of_lane = self.kernel.main().registers();
         &mut registers[chunk.offset * of_lane..][..chunk.lanes * of_lane]
     }
 
-    /// Runs the kernel, or its first stage, for all elements at a point; `put` gets the first of some elements, the number of the result and
+    /// Runs the kernel, or its first stage, for all elements at a point; `put` receives the first of several elements, the number of the result and
     /// their values.
     pub(crate) fn run(&self, point: &[f64], registers: &mut [f64], put: impl FnMut(usize, usize, &[f64])) {
         self.each(0, Some(point), registers, &mut Put(put));
@@ -197,7 +197,7 @@ impl Lanes {
         self.each(0, Some(point), registers, &mut Add { targets, sums });
     }
 
-    /// Goes on with a later stage, at the point of the last `run`; of some elements `write` gets the results twice.
+    /// Runs a later stage at the point of the last `run`; `write` receives some results twice.
     pub(crate) fn go_on(&self, stage: usize, registers: &mut [f64], write: impl FnMut(usize, usize, &[f64])) {
         self.each(stage, None, registers, &mut Write(write));
     }
@@ -239,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_stage_goes_on_with_what_the_one_before_computed_and_may_be_run_again() {
-        // f = b exp(y sin x), then f_x and f_xx.
+        // The function b exp(y sin x) and its derivatives f_x and f_xx.
         let mut graph = Graph::default();
         let [x, y] = [0, 1].map(|which| graph.input(which));
         let b = graph.parameter(0);
@@ -257,7 +257,7 @@ mod tests {
         [1, 3, 11, 14, 37].into_iter().for_each(|elements| run_stages(&kernel, elements));
     }
 
-    /// Holds every element to the formulas, at two points.
+    /// Compares the results of every element with the formulas, at two points.
     fn run_stages(kernel: &Kernel, elements: usize) {
         let number = |k: usize| (0.7 * k as f64).sin();
         let lanes = Lanes::new(kernel.clone(), elements, |element, which| 2 * element + which);

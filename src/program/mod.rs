@@ -1,13 +1,13 @@
-//! From a formula to a program: a small compiler for what a researcher wrote as an element.
+//! From a formula to a program: a small compiler for user-defined elements.
 //!
-//! 1. **Record** ([`symbol`]): the formula is evaluated once on [`Symbol`]s, which note every operation in a [`Graph`].
+//! 1. **Record** ([`symbol`]): the formula is evaluated once on [`Symbol`]s, which record every operation in a [`Graph`].
 //! 2. **Differentiate** ([`differentiate`]): its derivatives become more nodes of the graph, by the chain rule.
-//! 3. **Simplify** ([`graph`]): every node as it is made. Equal nodes are one, constants are folded, zeros vanish. When all are known, products share
-//!    their factors ([`factors`]).
-//! 4. **Schedule** ([`schedule`]): the nodes that are needed become a list of instructions on few registers, a [`Program`].
-//! 5. **Run** ([`program`], [`kernel`], [`lanes`]): for several elements side by side.
+//! 3. **Simplify** ([`graph`]): every node when it is created. Equal nodes are merged, constants are folded, zeros vanish. Once all nodes are known,
+//!    products share their factors ([`factors`]).
+//! 4. **Schedule** ([`schedule`]): the required nodes become a list of instructions on few registers, a [`Program`].
+//! 5. **Run** ([`program`], [`kernel`], [`lanes`]): the program runs for several elements side by side.
 //!
-//! num-dual on the plain formula is what every program is compared with.
+//! Every program is compared with num-dual on the plain formula.
 
 mod conditions;
 mod dependence;

@@ -1,18 +1,18 @@
-//! [`Places`]: where the numbers of elements that are computed side by side stand in a list.
+//! [`Places`]: the places in a list of the numbers of elements that are computed side by side.
 
 use crate::number::Strided;
 
-/// Where inputs are taken from, or results added, number by number.
+/// The places from which inputs are read, or to which results are added, number by number.
 #[derive(Clone, Debug)]
 pub(crate) enum Places {
-    /// Of each number, where that of the first lane stands; those of the others follow at equal distances.
+    /// For each number, the place for the first lane; those of the other lanes follow at equal distances.
     Strided { firsts: Vec<usize>, stride: usize },
-    /// Of each number, lane by lane.
+    /// For each number, the places lane by lane.
     Any(Vec<u32>),
 }
 
 impl Places {
-    /// What a list says, number by number and of each lane by lane.
+    /// Converts a list of places, ordered by number and within a number by lane.
     pub(super) fn new(places: Vec<u32>, lanes: usize) -> Self {
         let numbers: Option<Vec<Strided>> = places.chunks_exact(lanes).map(Strided::new).collect();
         let numbers = numbers.unwrap_or_default();
@@ -39,7 +39,7 @@ impl Places {
         }
     }
 
-    /// Adds numbers where they belong.
+    /// Adds numbers at their places.
     #[inline]
     pub(super) fn add<const L: usize>(&self, numbers: impl Iterator<Item = [f64; L]>, to: &mut [f64]) {
         match self {
@@ -55,7 +55,7 @@ impl Places {
     }
 }
 
-// If the place of the last lane is there, so are all: no more is looked at.
+// If the place of the last lane is within bounds, so are all others; no further bounds are checked.
 
 #[inline(always)]
 fn gather<const D: usize, const L: usize>(firsts: &[usize], from: &[f64], registers: &mut [[f64; L]]) {
@@ -90,7 +90,7 @@ mod tests {
             let is_strided = matches!(places, Places::Strided { .. });
             assert_eq!(is_strided, (1..=3).contains(&distances[0]) && distances[1] == distances[0]);
 
-            // No longer than the last of them needs.
+            // The list is only as long as its largest place requires.
             let len = *list.iter().max().expect("eight") as usize + 1;
             let from: Vec<f64> = (0..len).map(number).collect();
             let mut registers = [[0.0; 4]; 2];

@@ -1,4 +1,4 @@
-//! [`Program`]: a formula as a list of instructions without branches, run for several elements side by side.
+//! [`Program`]: a formula as a list of instructions without branches, executed for several elements side by side.
 
 use std::fmt;
 
@@ -6,7 +6,7 @@ use super::expression::Expression;
 use super::function::Function;
 use crate::number::{exp_lanes, sin_cos_lanes};
 
-/// What an instruction does with its arguments x, y, z.
+/// The operation of an instruction on its arguments x, y, z.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Operation {
     Add,
@@ -21,7 +21,7 @@ pub(super) enum Operation {
     SubtractProduct,
     /// −x y
     NegativeProduct,
-    /// Into two registers.
+    /// Sine and cosine, written to two registers.
     SinCos,
     IntegerPower(i32),
     Power,
@@ -60,21 +60,21 @@ impl Operation {
 /// A register.
 pub(super) type Register = u16;
 
-/// The registers that an instruction reads, and the one it writes; a cosine goes to the second of the former.
+/// The registers that an instruction reads, and the one it writes; a cosine is written to the second of the former.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Instruction {
     pub(super) of: [Register; 3],
     pub(super) into: Register,
 }
 
-/// Instructions of one kind that follow each other.
+/// Consecutive instructions of one kind.
 #[derive(Clone, Debug)]
 pub(super) struct Run {
     pub(super) operation: Operation,
     pub(super) count: usize,
 }
 
-/// A list of instructions on registers: first the arguments, then constants, then what is computed.
+/// A list of instructions on registers: first the arguments, then constants, then results of instructions.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Program {
     pub(super) arguments: usize,
@@ -91,7 +91,7 @@ impl Program {
         self.arguments
     }
 
-    /// The numbers that the registers after the arguments hold before it is run.
+    /// The values of the registers after the arguments, which are constant.
     pub(crate) fn constants(&self) -> &[f64] {
         &self.constants
     }
@@ -147,13 +147,13 @@ impl Program {
     }
 }
 
-/// Runs instructions with one argument.
+/// Executes instructions with one argument.
 #[inline(always)]
 fn unary<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn(f64) -> f64) {
     lanes(instructions, registers, |x| x.map(&f));
 }
 
-/// Runs instructions with one argument, all lanes at once.
+/// Executes instructions with one argument, all lanes at once.
 #[inline(always)]
 fn lanes<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn(&[f64; L]) -> [f64; L]) {
     for Instruction { of, into } in instructions {
@@ -161,7 +161,7 @@ fn lanes<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]
     }
 }
 
-/// Runs instructions with two arguments.
+/// Executes instructions with two arguments.
 #[inline(always)]
 fn binary<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn(f64, f64) -> f64) {
     for Instruction { of, into } in instructions {
@@ -170,7 +170,7 @@ fn binary<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L
     }
 }
 
-/// Runs instructions with three arguments.
+/// Executes instructions with three arguments.
 #[inline(always)]
 fn ternary<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]], f: impl Fn(f64, f64, f64) -> f64) {
     for Instruction { of, into } in instructions {
@@ -179,7 +179,7 @@ fn ternary<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; 
     }
 }
 
-/// Sines and cosines.
+/// Executes instructions that compute sine and cosine.
 fn sin_cos<const L: usize>(instructions: &[Instruction], registers: &mut [[f64; L]]) {
     for Instruction { of, into } in instructions {
         let (sin, cos) = sin_cos_lanes(&registers[usize::from(of[0])]);

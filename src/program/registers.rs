@@ -1,24 +1,24 @@
-//! [`Registers`]: which registers of a program hold which nodes while it is planned.
+//! [`Registers`]: the assignment of registers to nodes while a program is scheduled.
 
 use super::expression::Node;
 use super::program::{Instruction, Operation, Register};
 
-/// Not a register.
+/// Marks a node without a register.
 const NONE: u32 = u32::MAX;
 
-/// See the module.
+/// The assignment of registers to nodes, and the free registers.
 pub(super) struct Registers {
     pub(super) of: Vec<u32>,
-    /// How often a node is needed yet.
+    /// The number of remaining uses of each node.
     pub(super) uses: Vec<usize>,
-    /// The given ones, and those that hold what later stages need.
+    /// Registers that are not reused: the given ones, and those that later stages need.
     is_kept: Vec<bool>,
     pub(super) next: u32,
     free: Vec<u32>,
 }
 
 impl Registers {
-    /// With the first ones given.
+    /// Assigns the first registers to the given nodes.
     pub(super) fn new(nodes: usize, given: impl Iterator<Item = Node>) -> Self {
         let (mut of, mut next) = (vec![NONE; nodes], 0);
         for node in given {
@@ -28,7 +28,7 @@ impl Registers {
         Registers { of, uses: vec![0; nodes], is_kept: vec![true; next as usize], next, free: Vec::new() }
     }
 
-    /// Keeps what is needed yet, however often what comes is run, and nothing else.
+    /// Protects the nodes that are needed later, so that later stages can run repeatedly, and frees all other registers.
     pub(super) fn keep(&mut self) {
         let given = self.is_kept.len();
         self.is_kept.resize(self.next as usize, false);
@@ -37,7 +37,7 @@ impl Registers {
         self.free = (given as u32..self.next).filter(|&register| !self.is_kept[register as usize]).collect();
     }
 
-    /// The registers of an instruction, whose arguments may have been needed for the last time.
+    /// Assigns the registers of an instruction; arguments that are used for the last time free theirs.
     pub(super) fn take(
         &mut self,
         operation: Operation,

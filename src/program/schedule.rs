@@ -1,9 +1,9 @@
-//! From a graph to a [`Program`]: what to compute, in which order, and where to put it.
+//! From a graph to a [`Program`]: selection of the operations, their order, and the assignment of registers.
 //!
-//! Products that are used once, in a sum, become one instruction with it, so do sine and cosine of one angle, and differences and products of which
-//! the negative alone is used. Among the operations whose
-//! arguments are ready, the most frequent kind goes next, so that equal ones stand in long runs. A register is used again when its number
-//! is not needed any more. Stages are planned one after the other: a later one takes what earlier ones make as given.
+//! A product that is used once, in a sum, is combined with it into one instruction; so are sine and cosine of one angle, and a difference or product
+//! of which only the negative is used. Among the operations whose
+//! arguments are ready, the most frequent kind is next, so that equal operations form long runs. A register is reused when its number
+//! is no longer needed. Stages are scheduled one after the other; later ones use results of earlier ones.
 
 use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
 
@@ -13,10 +13,10 @@ use super::graph::Graph;
 use super::program::{Instruction, Operation, Program, Register, Run};
 use super::registers::Registers;
 
-/// Not a register, nor a task.
+/// Marks a missing register or task.
 const NONE: u32 = u32::MAX;
 
-/// One instruction to be: an operation on nodes.
+/// A future instruction: an operation on nodes.
 struct Task {
     operation: Operation,
     arguments: [Option<Node>; 3],
@@ -24,19 +24,19 @@ struct Task {
     results: [Option<Node>; 2],
 }
 
-/// The tasks of a program, and which of them makes a node.
+/// The tasks of a program, and the task that computes each node.
 struct Tasks {
     list: Vec<Task>,
     maker: Vec<u32>,
 }
 
 impl Program {
-    /// What computes some nodes from others, `arguments`, which come first in its registers; nothing if it takes too many registers.
+    /// Compiles a program that computes nodes from `arguments`, which are its first registers; `None` if it needs too many registers.
     pub(crate) fn new(graph: &Graph, arguments: &[Node], results: &[Node]) -> Option<Self> {
         Program::in_stages(graph, arguments, &[results])?.pop()
     }
 
-    /// Programs on the same registers: each goes on with what those before it have computed, and may be run again.
+    /// Programs on the same registers: each continues with the results of earlier ones, and may be run repeatedly.
     pub(crate) fn in_stages(graph: &Graph, arguments: &[Node], stages: &[&[Node]]) -> Option<Vec<Self>> {
         let mut is_known = vec![false; graph.len()];
         arguments.iter().for_each(|node| is_known[node.0 as usize] = true);
@@ -61,7 +61,7 @@ impl Program {
     }
 }
 
-/// Sines and cosines that later stages need of angles of which this one needs the other.
+/// Sines and cosines that later stages need of angles of which this stage computes the other function.
 fn twins(graph: &Graph, is_known: &[bool], results: &[Node], of_all: &[Node]) -> Vec<Node> {
     let angle = |node: &Node| match graph.expression(*node) {
         Expression::Of(Function::Sin | Function::Cos, angle) => Some(angle),
@@ -71,7 +71,7 @@ fn twins(graph: &Graph, is_known: &[bool], results: &[Node], of_all: &[Node]) ->
     of_all.iter().copied().filter(|node| angle(node).is_some_and(|angle| own.contains(&angle))).collect()
 }
 
-/// The nodes to be computed, and those they are made of.
+/// The nodes required for the results, including the arguments used.
 fn needed(graph: &Graph, is_argument: &[bool], results: &[Node]) -> Vec<Node> {
     let mut needed = vec![false; graph.len()];
     results.iter().for_each(|node| needed[node.0 as usize] = true);
@@ -83,19 +83,19 @@ fn needed(graph: &Graph, is_argument: &[bool], results: &[Node]) -> Vec<Node> {
     (0..graph.len()).filter(|&i| needed[i]).map(|i| Node(i as u32)).collect()
 }
 
-/// What becomes one instruction: sines with their cosines, negatives with what they are of, and sums with a product.
+/// Nodes that are combined into one instruction: sines with cosines, negatives with their arguments, and sums with a product.
 struct Fusion {
     cosine_of: HashMap<Node, Node>,
     /// Negatives of differences and of products.
     negatives: HashMap<Node, (Operation, [Node; 2])>,
     /// The operation, the factors and the other term of a sum.
     sums: HashMap<Node, (Operation, [Node; 3])>,
-    /// The nodes that others take in.
+    /// The nodes that are part of the instruction of another node.
     absorbed: Vec<bool>,
 }
 
 impl Fusion {
-    /// Of the nodes that are made, each with the number of its uses.
+    /// Analyses the nodes to be computed, given the number of uses of each node.
     fn new(graph: &Graph, made: &[Node], uses: &[usize]) -> Self {
         let mut fusion = Fusion {
             cosine_of: HashMap::new(),
@@ -149,7 +149,7 @@ impl Fusion {
         for &node in made {
             let Expression::Of(Function::Negative, of) = graph.expression(node) else { continue };
             let joined = match graph.expression(of) {
-                // −(x − y) and y − x differ by the sign of a zero.
+                // −(x − y) and y − x differ in the sign of a zero.
                 Expression::Subtract(x, y) if !graph.is_signed(node) => (Operation::Subtract, [y, x]),
                 Expression::Multiply(x, y) => (Operation::NegativeProduct, [x, y]),
                 _ => continue,
@@ -161,7 +161,7 @@ impl Fusion {
         }
     }
 
-    /// The instruction that makes a node.
+    /// The task that computes a node.
     fn task(&self, graph: &Graph, node: Node) -> Task {
         let mut of = graph.expression(node).arguments();
         let arguments = [of.next(), of.next(), None];
@@ -179,7 +179,7 @@ impl Fusion {
 }
 
 impl Tasks {
-    /// The tasks of a stage that makes what is needed and not known.
+    /// Adds the tasks of a stage for needed nodes that are not known.
     fn add(&mut self, graph: &Graph, is_known: &[bool], needed: &[Node], results: &[Node]) {
         let is_made = |node: &Node| !is_known[node.0 as usize];
         let made: Vec<Node> = needed.iter().copied().filter(is_made).collect();
@@ -196,7 +196,7 @@ impl Tasks {
         }
     }
 
-    /// An order of the tasks of the last stage, from `first` on, in which arguments come first and equal operations together.
+    /// An order of the tasks of the last stage, from `first` on: arguments come first, and equal operations are adjacent.
     fn order(&self, first: usize) -> Vec<usize> {
         let mut waiting = vec![0; self.list.len()];
         let mut users = vec![Vec::new(); self.list.len()];
@@ -216,7 +216,7 @@ impl Tasks {
         let mut order = Vec::with_capacity(self.list.len() - first);
         while let Some(operation) = ready.iter().max_by_key(|(_, tasks)| tasks.len()).map(|(operation, _)| *operation) {
             let mut run = ready.remove(&operation).unwrap_or_default();
-            // Who waited longest goes first: what it reads was written a while ago, and is there.
+            // The task that has waited longest is next, because its arguments were computed earlier and are available.
             while let Some(k) = run.pop_front() {
                 order.push(k);
                 for &user in &users[k] {
@@ -232,7 +232,7 @@ impl Tasks {
         order
     }
 
-    /// Gives every node a register: first the arguments, then constants, then what is computed. What an earlier stage leaves to a later one stays.
+    /// Assigns a register to every node: first arguments, then constants, then results. Results that later stages need are kept.
     fn assign(
         &self,
         plan: &[(Vec<usize>, &[Node])],

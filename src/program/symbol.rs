@@ -1,4 +1,4 @@
-//! [`Symbol`]: a number that records what a formula does with it.
+//! [`Symbol`]: a number that records the operations of a formula.
 
 use num_traits::{One, Zero};
 use std::cell::RefCell;
@@ -17,25 +17,25 @@ thread_local! {
     static GRAPH: RefCell<Graph> = RefCell::default();
 }
 
-/// A number of a formula as a node of its graph, with a value for formulas that look at it.
+/// A node of the graph of a formula that acts as a number; its value is available to formulas that read it.
 #[derive(Clone, Copy)]
 pub struct Symbol {
     node: Node,
     value: f64,
 }
 
-/// Why a formula has no graph.
+/// The reason why a formula has no graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
-    /// It branches on a value, so that nothing is known of the branch it did not take.
+    /// It branches on a value, so the branches not taken are unknown.
     Branches,
-    /// It panics where it was recorded.
+    /// It panics while it is recorded.
     Panics,
     /// Its derivatives are too long for a program.
     IsTooLong,
 }
 
-/// Records a formula: its graph and the nodes of its results.
+/// Records a formula: returns its graph and the nodes of its results.
 pub(crate) fn record(formula: impl FnOnce(&mut dyn FnMut(Symbol))) -> Result<(Graph, Vec<Node>), Obstacle> {
     take_look();
     let recorded = record_branch(formula);
@@ -46,7 +46,7 @@ pub(crate) fn record(formula: impl FnOnce(&mut dyn FnMut(Symbol))) -> Result<(Gr
     }
 }
 
-/// The same of a formula that may branch: what its symbols' values lead to. Nothing if it panics.
+/// As [`record`], for a formula that may branch: records the branch for the symbols' values; `None` if it panics.
 pub(crate) fn record_branch(formula: impl FnOnce(&mut dyn FnMut(Symbol))) -> Option<(Graph, Vec<Node>)> {
     GRAPH.set(Graph::default());
     let mut results = Vec::new();
@@ -151,7 +151,7 @@ impl PartialEq for Symbol {
 
 impl fmt::Debug for Symbol {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        // A text that shows the value lets a formula branch on it.
+        // The text shows the value, so the formula could branch on it.
         write!(f, "{}", self.look())
     }
 }

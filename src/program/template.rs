@@ -1,24 +1,24 @@
-//! [`Template`]: a recorded formula without its numbers, which is the same for all elements of one shape.
+//! [`Template`]: a recorded formula without its numbers, shared by all elements with this formula.
 
 use super::expression::{Expression, Node};
 use super::graph::Graph;
 
-/// The nodes of a formula, numbered anew, and its results; numbers that like elements need not share are parameters.
+/// The nodes of a formula, renumbered, and its results; numbers that may differ between such elements are parameters.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Template {
     expressions: Vec<Expression>,
     results: Vec<Node>,
-    /// The number of parameters, those of the formula's own numbers included.
+    /// The number of parameters, including the numbers in the formula.
     pub(crate) parameters: usize,
 }
 
-/// Whether a number is part of the shape of a formula, which is simpler with it: a multiple of ½ up to 4; or not defined with it, if it is not finite.
+/// Whether a number is part of the template: multiples of ½ up to 4, which may simplify it, and numbers that are not finite.
 fn is_structural(value: f64) -> bool {
     value.abs() <= 4.0 && (2.0 * value).fract() == 0.0 || !value.is_finite()
 }
 
 impl Template {
-    /// The template of a formula with so many parameters, and the numbers that became further ones.
+    /// The template of a formula with the given number of parameters, and the numbers that became additional parameters.
     pub(crate) fn new(graph: &Graph, results: &[Node], parameters: usize) -> (Self, Vec<f64>) {
         let (graph, results) = graph.loosened(results);
         let reachable = graph.reachable(results.iter().copied());
@@ -44,7 +44,7 @@ impl Template {
         (Template { expressions, results, parameters: parameters + numbers.len() }, numbers)
     }
 
-    /// Which of so many inputs it depends on.
+    /// For each of `inputs` inputs, whether the formula depends on it.
     pub(crate) fn depends(&self, inputs: usize) -> Vec<bool> {
         let mut depends = vec![false; inputs];
         for expression in &self.expressions {
@@ -55,7 +55,7 @@ impl Template {
         depends
     }
 
-    /// The template as a graph, to which derivatives can be added, and the results in it.
+    /// The template as a graph to which derivatives can be added, and the results in it.
     pub(crate) fn graph(&self) -> (Graph, Vec<Node>) {
         let mut graph = Graph::default().loose();
         self.expressions.iter().for_each(|expression| _ = graph.put(*expression));

@@ -1,13 +1,13 @@
-//! Accelerations v̇ and reactions λ = dσ/dt of a state, element by element: Eq. (1a, 1c) differentiated in time.
+//! Accelerations v̇ and reactions λ = dσ/dt at a state, element by element: the time derivatives of Eqs. (1a) and (1c).
 //!
-//! With D the derivative in time for given v̇ and λ, that is along (v, v̇, λ, 1) of (q, v, σ, t), at σ = 0,
+//! Let D denote the time derivative for given v̇ and λ, that is, the derivative along (v, v̇, λ, 1) of (q, v, σ, t), at σ = 0. Then
 //!
 //! ```text
 //!   f = 𝓛_q + Q − D 𝓛_v = 0      g = −D dΦ/dt = 0        which is  r − K(0) (v̇, λ) = 0
 //! ```
 //!
-//! since λ does not depend on σ: what σ adds to 𝓛_q is what it adds to D 𝓛_v. For an adjoint (c, e) of these equations the derivatives of
-//! c·f + e·g with respect to q, v, u, t and parameters are third derivatives of 𝓛, made by programs or by num-dual.
+//! λ does not depend on σ, because σ adds the same terms to 𝓛_q and to D 𝓛_v. For an adjoint (c, e) of these equations, the derivatives of
+//! c·f + e·g with respect to q, v, u, t and parameters are third derivatives of 𝓛; programs or num-dual compute them.
 
 use super::acceleration_kernels::{AccelerationKernels, rows_along, tangents};
 use super::argument::Argument;
@@ -21,13 +21,13 @@ use super::point::Layout;
 use super::view::NodeView;
 use crate::{Error, System};
 
-/// The equations of accelerations and reactions of a scene.
+/// The equations for the accelerations and reactions of a scene.
 #[derive(Default)]
 pub(crate) struct AccelerationEquations {
     layout: Layout,
     /// r: n momenta, then m equations.
     right: Vec<ElementPrograms<usize>>,
-    /// The derivatives of c·f + e·g, with respect to what, by which factor.
+    /// Derivatives of c·f + e·g; each result has its argument and a factor.
     rows: Vec<ElementPrograms<(Argument, f64)>>,
     /// Elements that num-dual evaluates.
     dual: Vec<(usize, usize)>,
@@ -59,7 +59,7 @@ impl AccelerationEquations {
         self.rows.iter_mut().for_each(|programs| programs.fix(parameters));
     }
 
-    /// r at a state with σ = 0.
+    /// Computes r at a state with σ = 0.
     pub(crate) fn right(&mut self, system: &System, at: &NodeView<f64>, right: &mut Pair) {
         let AccelerationEquations { layout, right: all, dual, point, .. } = self;
         right.v.fill(0.0);
@@ -71,7 +71,7 @@ impl AccelerationEquations {
         dual.iter().for_each(|&place| system.item(place).add_acceleration(at, right));
     }
 
-    /// Adds the derivatives of c·f + e·g at a state with σ = 0 and its v̇ and λ.
+    /// Adds the derivatives of c·f + e·g at a state with σ = 0, for its v̇ and λ.
     pub(crate) fn pull_back(&mut self, system: &System, at: &NodeView<f64>, with: &Pair, rows: &mut CostRows) {
         let AccelerationEquations { layout, rows: all, dual, point, .. } = self;
         layout.load(at, point);
@@ -84,7 +84,7 @@ impl AccelerationEquations {
     }
 }
 
-/// Where f and g of an element are added: n momenta, then m equations.
+/// The sum to which a component of an element's f or g is added: n momenta, then m equations.
 fn place(layout: &Layout, element: &Element, of: Component) -> usize {
     match of {
         Component::Momentum(i) | Component::Force(i) => element.q[i],
@@ -96,7 +96,7 @@ fn sum(n: usize, sums: &mut Pair, place: usize) -> &mut f64 {
     if place < n { &mut sums.v[place] } else { &mut sums.sigma[place - n] }
 }
 
-/// What f and g, and the derivatives of c·f + e·g, change by along a direction, of all elements.
+/// Directional derivatives of f, of g, and of the derivatives of c·f + e·g, for all elements.
 pub(crate) struct AccelerationSecondOrder {
     layout: Layout,
     tangents: Vec<ElementPrograms<usize>>,
@@ -107,7 +107,7 @@ pub(crate) struct AccelerationSecondOrder {
 }
 
 impl AccelerationSecondOrder {
-    /// For these values of parameters.
+    /// Creates the programs and runs all preludes for these design variables.
     pub(crate) fn fixed(system: &System, elements: &[Element], design: &[f64]) -> Self {
         let mut all = AccelerationSecondOrder::new(system, elements);
         all.fix(elements, design);
@@ -141,7 +141,7 @@ impl AccelerationSecondOrder {
         self.rows.iter_mut().for_each(|programs| programs.fix(parameters));
     }
 
-    /// What f and g change by along a direction, at a state with σ = 0 and its v̇ and λ, which stay as they are.
+    /// Computes the directional derivatives of f and g at a state with σ = 0, with v̇ and λ fixed.
     pub(crate) fn changes(
         &mut self,
         (system, elements): (&System, &[Element]),
@@ -161,10 +161,10 @@ impl AccelerationSecondOrder {
         without_programs.for_each(|item| item.add_acceleration_change((at, along), result));
     }
 
-    /// Adds those changes at a state with σ = 0 and its v̇ and λ, which stay as they are.
+    /// Adds the directional derivatives of the derivatives of c·f + e·g at a state with σ = 0, with v̇ and λ fixed.
     ///
     /// # Errors
-    /// A formula without a program that panics when it is recorded.
+    /// A formula without a program panics while it is recorded.
     pub(crate) fn pull_back(
         &mut self,
         (system, elements): (&System, &[Element]),
@@ -187,8 +187,8 @@ impl AccelerationSecondOrder {
     }
 }
 
-/// What f and g of all elements change by along a direction, at a state with σ = 0 and its v̇ and λ, which stay as they are, by the plain formulas: this is what
-/// lifted numbers need.
+/// Computes the directional derivatives of f and g of all elements at a state with σ = 0, with v̇ and λ fixed, by the plain formulas, as lifted
+/// numbers require.
 pub(crate) fn acceleration_tangent(
     (system, elements): (&System, &[Element]),
     (at, along): (&NodeView<f64>, &NodeView<f64>),

@@ -1,6 +1,6 @@
-//! [`AccelerationKernels`]: the programs that accelerations and reactions take from one formula.
+//! [`AccelerationKernels`]: the programs of one formula for accelerations and reactions.
 //!
-//! With D the derivative in time along (v, v̇) of (q, v) and 1 of t, and λ = dσ/dt at σ = 0,
+//! Let D denote the time derivative along (v, v̇) of (q, v) and 1 of t, and let λ = dσ/dt at σ = 0. The kinds of elements contribute
 //!
 //! ```text
 //!   kinetic    f = T_q − D T_v        applied     f = Q
@@ -15,9 +15,9 @@ use super::shape::Shape;
 use super::typed::Slot;
 use crate::program::{Graph, Kernel, Node, Template};
 
-/// The programs.
+/// Programs of one formula for f and g and for the derivatives of c·f + e·g.
 pub struct AccelerationKernels {
-    /// f and g where v̇ = 0 and λ = 0, and which component each result is: f of the momenta, g of the equations.
+    /// f and g at v̇ = 0 and λ = 0, and the component that each result belongs to: momenta for f, equations for g.
     pub right: Kernel,
     pub components: Vec<Component>,
     /// The derivatives of c·f + e·g.
@@ -26,7 +26,7 @@ pub struct AccelerationKernels {
 }
 
 impl AccelerationKernels {
-    /// Of a formula that has a graph; `bound` says which constants are design variables.
+    /// Builds the programs if the formula has a graph; `bound` marks the constants that are design variables.
     pub fn new(formula: &Formula, bound: &[bool]) -> Option<Self> {
         let template = &formula.kernels.as_ref()?.template;
         let (mut graph, derivatives) = Derivatives::new(formula.kind, formula.shape, template);
@@ -39,17 +39,17 @@ impl AccelerationKernels {
     }
 }
 
-/// The program for what those rows change by along a direction of q, v, u, t and constants, at fixed v̇ and λ, and with respect to what they are.
+/// The program for the derivatives of c·f + e·g, differentiated along q, v, u, t and constants at fixed v̇ and λ, and the slot of each result.
 ///
-/// The direction of v stands in the place of d, which has no part in c·f + e·g; the others are rates, beside v̇ and λ. Parameters are those of the
-/// formula, then the factors of the constants.
+/// The direction of v is stored in the place of d, which does not occur in c·f + e·g; the other directions are stored as rates, next to v̇ and λ. The
+/// parameters are those of the formula, followed by the factors of the constants.
 pub fn rows_along(formula: &Formula, bound: &[bool]) -> Option<(Kernel, Vec<Slot>)> {
     let (template, shape) = (&formula.kernels.as_ref()?.template, formula.shape);
     let (mut graph, of, changes) = changes_along(formula.kind, shape, template, bound);
     Some((Kernel::new(&mut graph, template.parameters + shape.p, &changes)?, of))
 }
 
-/// The same as nodes of a graph.
+/// As [`rows_along`], but as nodes of a graph.
 pub fn changes_along(kind: ElementKind, shape: Shape, template: &Template, bound: &[bool]) -> (Graph, Vec<Slot>, Vec<Node>) {
     let (mut graph, derivatives) = Derivatives::new(kind, shape, template);
     let (of, slopes) = slopes(&mut graph, &derivatives, bound);
@@ -59,7 +59,7 @@ pub fn changes_along(kind: ElementKind, shape: Shape, template: &Template, bound
     (graph, of, changes)
 }
 
-/// The program for what f and g change by along such a direction, with the same arguments, and which component each result is.
+/// The program for the directional derivatives of f and g, with the arguments of [`rows_along`], and the component of each result.
 pub fn tangents(formula: &Formula, bound: &[bool]) -> Option<(Kernel, Vec<Component>)> {
     let (template, shape) = (&formula.kernels.as_ref()?.template, formula.shape);
     let (mut graph, derivatives) = Derivatives::new(formula.kind, shape, template);
@@ -70,7 +70,7 @@ pub fn tangents(formula: &Formula, bound: &[bool]) -> Option<(Kernel, Vec<Compon
     Some((Kernel::new(&mut graph, template.parameters + shape.p, &changes)?, components))
 }
 
-/// What moves along a direction of q, v, u, t and constants, and its rate.
+/// The arguments that vary along a direction of q, v, u, t and constants, each with its rate.
 fn directions(graph: &mut Graph, (shape, bound): (Shape, &[bool]), parameters: usize) -> Vec<(Node, Node)> {
     let mut all: Vec<(Node, Node)> = constants(graph, (shape, bound), parameters).into_iter().map(|(_, of)| of).collect();
     all.extend((0..shape.n).map(|i| (graph.input(shape.v() + i), graph.input(shape.d() + i))));
@@ -79,7 +79,7 @@ fn directions(graph: &mut Graph, (shape, bound): (Shape, &[bool]), parameters: u
     all
 }
 
-/// The derivatives of c·f + e·g, and with respect to what.
+/// The derivatives of c·f + e·g, and the arguments that they belong to.
 fn slopes(graph: &mut Graph, derivatives: &Derivatives, bound: &[bool]) -> (Vec<Slot>, Vec<Node>) {
     let shape = derivatives.shape;
     let all = equations(graph, derivatives, true);
@@ -94,7 +94,7 @@ fn slopes(graph: &mut Graph, derivatives: &Derivatives, bound: &[bool]) -> (Vec<
     (of, graph.reverse(&weighted, &arguments))
 }
 
-/// f and g, with v̇ and λ or with zeros in their place.
+/// f and g, with the given v̇ and λ or with both set to zero.
 fn equations(graph: &mut Graph, derivatives: &Derivatives, with_accelerations: bool) -> Vec<(Component, Node)> {
     let Derivatives { kind, shape, l_v, force, phi_dot, phi_q, .. } = derivatives;
     let (n, one, zero, minus) = (shape.n, graph.constant(1.0), graph.constant(0.0), graph.constant(-1.0));

@@ -53,12 +53,12 @@ impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0
     }
 }
 
-/// x, each differentiated by itself.
+/// The vector x as dual numbers, each component seeded with its own derivative.
 fn seeded<const N: usize>(x: &SVector<f64, N>) -> SVector<DualSVec64<N>, N> {
     vector(|i| DualSVec64::from_re(x[i]).derivative(i))
 }
 
-/// Writes the gradients by rows; returns the values.
+/// Writes the gradients row by row and returns the values.
 fn put<const N: usize>(force: &SVector<DualSVec64<N>, N>, rows: &mut [f64]) -> SVector<f64, N> {
     for (i, component) in force.iter().enumerate() {
         if let Some(gradient) = component.eps.0 {

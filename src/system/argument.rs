@@ -1,4 +1,4 @@
-//! [`Argument`]: what a formula may depend on, in the numbering of the scene.
+//! [`Argument`]: an argument that a formula may depend on, in the scene's numbering.
 
 use super::cost::CostRows;
 use super::cost_shape::Of;
@@ -22,7 +22,7 @@ pub enum Argument {
 }
 
 impl Argument {
-    /// What an element's own argument is, and by which factor it is a multiple of it.
+    /// The scene's argument for an argument of an element, and the factor between the two.
     pub(super) fn of(element: &Element, slot: Slot) -> (Self, f64) {
         match slot {
             Slot::Q(i) => (Argument::Coordinate(element.q[i]), 1.0),
@@ -30,12 +30,12 @@ impl Argument {
             Slot::Sigma(j) => (Argument::Multiplier(element.sigma[j]), 1.0),
             Slot::U(k) => (Argument::Control(element.u[k]), 1.0),
             Slot::T => (Argument::Time, 1.0),
-            // A number changes with nothing.
+            // A plain number has no derivative.
             Slot::B(p) => element.b[p].bound().map_or((Argument::Time, 0.0), |(p, factor)| (Argument::Design(p), factor)),
         }
     }
 
-    /// What a cost's own argument is.
+    /// The scene's argument for an argument of a cost.
     pub(super) fn of_cost((list, place): (Of, usize)) -> Self {
         let of = match list {
             Of::Q => Argument::Coordinate,
@@ -52,7 +52,7 @@ impl Argument {
         of(place)
     }
 
-    /// Adds a derivative with respect to it.
+    /// Adds a derivative with respect to this argument.
     pub(super) fn add(self, rows: &mut CostRows, x: f64) {
         match self {
             Argument::Coordinate(i) => rows.q[i] += x,
@@ -70,10 +70,10 @@ impl Argument {
     }
 }
 
-/// Numbers in the place of an argument, to see whether it is to blame.
+/// Trial values of an argument, used to find out whether it causes a value that is not finite.
 const OTHERS: [f64; 6] = [0.5, 1.0, 2.0, -0.5, 1e3, -1e3];
 
-/// Of the arguments of a formula without a number those that are to blame: with another in the place of any of them it has one; all, if it never has.
+/// The arguments that cause a formula not to be finite: those for which some trial value makes it finite, or all if there are none.
 pub(super) fn to_blame<K: Copy>(all: Vec<(K, Argument)>, has_number: impl Fn(K, f64) -> bool) -> Vec<Argument> {
     let is_to_blame = |(key, _): &&(K, Argument)| OTHERS.iter().any(|&other| has_number(*key, other));
     let found: Vec<&(K, Argument)> = all.iter().filter(is_to_blame).collect();
@@ -81,7 +81,7 @@ pub(super) fn to_blame<K: Copy>(all: Vec<(K, Argument)>, has_number: impl Fn(K, 
     distinct(found.into_iter().map(|(_, argument)| *argument).collect())
 }
 
-/// Each of them once.
+/// Sorts the arguments and removes duplicates.
 pub(super) fn distinct(mut arguments: Vec<Argument>) -> Vec<Argument> {
     arguments.sort_unstable();
     arguments.dedup();

@@ -1,4 +1,4 @@
-//! [`Assembly`]: the elements that are evaluated at every point, like ones side by side, and where their results go.
+//! [`Assembly`]: the elements that are evaluated at every point, grouped by formula, and the destinations of their results.
 
 use super::argument::Argument;
 use super::batch::{Covector, InputRows, StateRows, Sums, Within};
@@ -15,25 +15,25 @@ use crate::System;
 use crate::number::larger;
 use crate::program::{Lanes, Places};
 
-/// Elements of one formula whose derivatives vary along a motion.
+/// Elements with a common formula whose derivatives vary along a motion.
 #[derive(Clone, Debug)]
 struct Group {
     elements: Vec<usize>,
     state: Lanes,
-    /// Where components are added to all sums, and where the first of them are subtracted.
+    /// Where components are added to the sums, and where the first of them are subtracted.
     sums: [Vec<Places>; 2],
 }
 
-/// Elements of one formula with derivatives with respect to inputs.
+/// Elements with a common formula that has derivatives with respect to inputs.
 #[derive(Clone, Debug)]
 struct InputGroup {
     elements: Vec<usize>,
     inputs: Lanes,
-    /// Of each element, the inputs of its results, and their factors.
+    /// The input and the factor of each result, for each element.
     of: Vec<(Argument, f64)>,
 }
 
-/// Elements of one formula that may bend within a step.
+/// Elements with a common formula that may be nonlinear within a step.
 #[derive(Clone, Debug)]
 struct BendingGroup {
     elements: Vec<usize>,
@@ -46,36 +46,36 @@ pub(crate) struct Assembly {
     layout: Layout,
     groups: Vec<Group>,
     input_groups: Vec<InputGroup>,
-    /// Elements that num-dual evaluates, and those with derivatives with respect to inputs that it does.
+    /// Elements that num-dual evaluates, and elements whose derivatives with respect to inputs it evaluates.
     dual: Vec<usize>,
     dual_inputs: Vec<usize>,
-    /// The number of second derivatives of the former, which are the last.
+    /// The number of second derivatives of the elements in `dual`, which are stored last.
     dual_len: usize,
-    /// Elements that may bend within a step: those that have programs, and all, these first.
+    /// Elements that may be nonlinear within a step: the groups that have programs, and all such elements, in which these groups come first.
     bending_groups: Vec<BendingGroup>,
     bending: Vec<usize>,
-    /// Elements whose second derivatives are stored, entry by entry and of each entry element by element, how many these are, and what becomes of them.
+    /// Elements whose second derivatives are stored, ordered by entry and within an entry by element; their number, and where each is added.
     varying: Vec<usize>,
     len: usize,
     tangent: Vec<Scatter>,
     products: Vec<Products>,
 }
 
-/// The registers of all programs, with what preludes computed for a set of design variables.
+/// The registers of all programs, including the results of the preludes for one set of design variables.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Workspace {
     state: Vec<Vec<f64>>,
     inputs: Vec<Vec<f64>>,
     along: Vec<Vec<f64>>,
-    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, at both ends of a step, of every element that may bend.
+    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate at both ends of a step, for every element that may be nonlinear.
     ends: [[Vec<f64>; 2]; 2],
     point: Vec<f64>,
-    /// The point at which inputs are differentiated.
+    /// The point at which derivatives with respect to inputs are evaluated.
     input_point: Vec<f64>,
 }
 
 impl Assembly {
-    /// Of all elements of a scene; `slot` says where K stores an entry.
+    /// Assembles all elements of a scene; `slot` returns the index at which K stores an entry.
     pub(crate) fn new(elements: &[Element], layout: Layout, slot: &dyn Fn(usize, usize) -> usize) -> Self {
         let mut assembly = Assembly { layout, ..Assembly::default() };
         for alike in Alike::all(elements) {
@@ -111,7 +111,7 @@ impl Assembly {
         assembly
     }
 
-    /// Makes room for the second derivatives of elements of one formula.
+    /// Reserves storage for the second derivatives of the elements of one formula.
     fn store(&mut self, elements: &[Element], members: Vec<usize>, slot: &dyn Fn(usize, usize) -> usize) {
         let own: Vec<&Element> = members.iter().map(|&e| &elements[e]).collect();
         let slots = |e: usize, entry: &BlockEntry| {
@@ -153,7 +153,7 @@ impl Assembly {
         }
     }
 
-    /// Runs all preludes, for the design variables of a start.
+    /// Runs all preludes for the design variables of an initial state.
     pub(crate) fn fix(&self, parameters: impl Fn(usize) -> Vec<f64>, workspace: &mut Workspace) {
         for (group, registers) in self.groups.iter().zip(&mut workspace.state) {
             group.state.fix(|e| parameters(group.elements[e]), registers);
@@ -166,7 +166,7 @@ impl Assembly {
         }
     }
 
-    /// Writes their second derivatives at the point that was evaluated last.
+    /// Writes the second derivatives at the point that was evaluated last.
     pub(crate) fn second(&self, workspace: &mut Workspace, blocks: &mut [f64]) {
         let mut begin = 0;
         for (group, registers) in self.groups.iter().zip(&mut workspace.state) {
@@ -180,34 +180,34 @@ impl Assembly {
         }
     }
 
-    /// Adds the varying entries of K(h), made from blocks, to its values.
+    /// Adds the varying entries of K(h) to its values, computed from the stored blocks.
     pub(crate) fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
         self.tangent.iter().for_each(|scatter| scatter.add(blocks, h, values));
     }
 
-    /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, made from blocks.
+    /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, computed from the stored blocks.
     pub(crate) fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: Wanted, rows: &mut StateRows) {
         self.products.iter().for_each(|products| products.pull_back(blocks, with, wanted, rows));
     }
 
-    /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state, made from blocks.
+    /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state, computed from the stored blocks.
     pub(crate) fn push_forward(&self, blocks: &[f64], along: (&NodeView<f64>, Wanted), sums: &mut Sums<f64>) {
         self.products.iter().for_each(|products| products.push_forward(blocks, along, sums));
     }
 
-    /// The number of elements that may bend within a step.
+    /// The number of elements that may be nonlinear within a step.
     pub(crate) fn bending(&self) -> usize {
         self.bending.len()
     }
 
-    /// Whether `pull_back_inputs` has anything to add.
+    /// Whether `pull_back_inputs` adds anything.
     pub(crate) fn has_input_derivatives(&self) -> bool {
         !self.input_groups.is_empty() || !self.dual_inputs.is_empty()
     }
 }
 
 impl Formulas {
-    /// Adds 𝓛_v, 𝓛_q + Q and dΦ/dt of all elements but constant and sinusoidal ones; what num-dual evaluates writes its blocks, too.
+    /// Adds 𝓛_v, 𝓛_q + Q and dΦ/dt of all elements except constant and sinusoidal ones; also writes the blocks of elements that num-dual evaluates.
     pub(crate) fn first(
         &self,
         system: &System,
@@ -229,7 +229,7 @@ impl Formulas {
         }
     }
 
-    /// Adds its derivatives with respect to u (of elements that are not constant), design variables and time.
+    /// Adds the derivatives with respect to u (except for constant elements), design variables and time.
     pub(crate) fn pull_back_inputs(
         &self,
         system: &System,
@@ -263,7 +263,7 @@ impl Formulas {
         }
     }
 
-    /// Shows what happens to each element that may bend between the ends of a step, along which the arguments change by so much.
+    /// Reports the nonlinearity of each element that may be nonlinear within a step between `ends`; `change` is the change of the arguments.
     pub(crate) fn look_within(
         &self,
         system: &System,

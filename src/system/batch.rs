@@ -1,4 +1,4 @@
-//! Batches: all elements of one type in one list, and what elements contribute to.
+//! [`Batch`]: all elements of one type in one list; also the sums and adjoint quantities that elements contribute to.
 
 use std::any::TypeId;
 
@@ -45,7 +45,7 @@ impl<R: Number> Sums<R> {
     }
 }
 
-/// Where each velocity and each multiplier stands in the solver's order.
+/// The index of each velocity and each multiplier in the solver's order.
 #[derive(Clone, Debug)]
 pub struct Positions {
     pub v: Vec<usize>,
@@ -64,31 +64,31 @@ impl Pair {
         Pair { v: vec![0.0; n], sigma: vec![0.0; m] }
     }
 
-    /// Adds another one.
+    /// Adds `other` to this pair.
     pub fn add(&mut self, other: &Pair) {
         add(&mut self.v, &other.v);
         add(&mut self.sigma, &other.sigma);
     }
 
-    /// Becomes what is left of another one when this is taken away.
+    /// Replaces this pair by `other` minus this pair.
     pub fn subtract_from(&mut self, other: &Pair) {
         self.v.iter_mut().zip(&other.v).for_each(|(x, other)| *x = other - *x);
         self.sigma.iter_mut().zip(&other.sigma).for_each(|(x, other)| *x = other - *x);
     }
 
-    /// −x.
+    /// The negative of this pair.
     pub fn negative(&self) -> Pair {
         let negative = |x: &[f64]| x.iter().map(|x| -x).collect();
         Pair { v: negative(&self.v), sigma: negative(&self.sigma) }
     }
 
-    /// Takes the values out of the solver's order.
+    /// Reads the values from a vector in the solver's order.
     pub fn load(&mut self, positions: &Positions, x: &[f64]) {
         take(x, &positions.v, &mut self.v);
         take(x, &positions.sigma, &mut self.sigma);
     }
 
-    /// Puts the values into the solver's order.
+    /// Writes the values to a vector in the solver's order.
     pub fn store(&self, positions: &Positions, x: &mut [f64]) {
         self.v.iter().zip(&positions.v).for_each(|(v, &at)| x[at] = *v);
         self.sigma.iter().zip(&positions.sigma).for_each(|(sigma, &at)| x[at] = *sigma);
@@ -128,41 +128,41 @@ pub struct InputRows<'a> {
     pub u: &'a mut [f64],
     pub design: &'a mut [f64],
     pub time: &'a mut f64,
-    /// How many single derivatives were evaluated.
+    /// The number of derivatives evaluated so far.
     pub evaluations: &'a mut usize,
 }
 
-/// What happens to c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element within a step.
+/// Change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element over a step.
 #[derive(Clone, Copy)]
 pub struct Within {
-    /// Its number among all elements.
+    /// The number of the element among all elements.
     pub element: usize,
-    /// Its change, less what the derivatives at the ends of the step say.
+    /// The change minus the prediction from the derivatives at the ends of the step.
     pub missed: f64,
-    /// The larger of its change and of what these say.
+    /// The larger magnitude of the change and its prediction.
     pub change: f64,
 }
 
 /// All elements of one type.
 #[derive(Clone)]
 pub struct Batch {
-    /// The type, and which coordinates are there if not all are.
+    /// The type, and the coordinates that are present if some are missing.
     pub of: (TypeId, &'static [usize]),
     pub items: Vec<PlacedElement>,
 }
 
 impl Batch {
-    /// What kind of element it holds.
+    /// The kind of the elements in this batch.
     pub fn kind(&self) -> Option<ElementKind> {
         self.items.first().map(|item| item.formula.kind())
     }
 
-    /// Takes the parameters of all elements through `resolve`.
+    /// Replaces the parameters of all elements by means of `resolve`.
     pub fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
         self.items.iter_mut().flat_map(|item| &mut item.b).for_each(|b| *b = resolve(*b));
     }
 
-    /// Records the formulas of all elements; `at` is for those that look at values.
+    /// Records the formulas of all elements; `at` provides the values for formulas that branch on them.
     pub fn prepare(&mut self, at: &NodeView<f64>, into: &mut Recordings) {
         for (place, item) in self.items.iter_mut().enumerate() {
             let formula = into.add(item, (into.batch, place), at);

@@ -1,4 +1,4 @@
-//! Second derivatives of an element: where they belong in the tangent matrix K of a step, and in adjoint products.
+//! Second derivatives of an element: their places in the tangent matrix K of a step and in adjoint products.
 //!
 //! With D± = (∂_v ± h ∂_q, ∂_σ), the tangent matrix of a step is K(h) = D₋ D₊ᵀ 𝓛 − h D₊ᵀ Q:
 //!
@@ -7,11 +7,11 @@
 //!   K_vσ = Φ_qᵀ − h (dΦ/dt)_qᵀ          K_σv = Φ_q + h (dΦ/dt)_q          K_σσ = 0
 //! ```
 //!
-//! What comes from 𝓛 obeys K(−h) = K(h)ᵀ.
+//! The part of K due to 𝓛 satisfies K(−h) = K(h)ᵀ.
 
 use super::jet::ElementKind;
 
-/// One kind of second derivatives.
+/// A block of second derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Block {
     /// 𝓛_vv.
@@ -34,18 +34,18 @@ pub enum Block {
     PhiDotQ,
 }
 
-/// One entry of a block, by the element's own numbers of row and column.
+/// One entry of a block; row and column are numbered within the element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlockEntry {
     pub block: Block,
     pub row: usize,
     pub col: usize,
-    /// Whether it stands for (col, row) as well.
+    /// Whether the entry also represents (col, row).
     pub mirrored: bool,
 }
 
 impl Block {
-    /// The factor of its entries in K(h).
+    /// The factor of the block's entries in K(h).
     pub fn in_tangent(self, h: f64) -> f64 {
         match self {
             Block::Vv | Block::PhiQ => 1.0,
@@ -56,7 +56,7 @@ impl Block {
         }
     }
 
-    /// Whether its rows are equations.
+    /// Whether the rows of the block are equations.
     pub fn has_equations(self) -> bool {
         matches!(self, Block::PhiQ | Block::PhiDotQ)
     }
@@ -72,7 +72,7 @@ impl BlockEntry {
         BlockEntry { block, row, col, mirrored: row != col }
     }
 
-    /// All entries of the blocks of a kind with n coordinates and m equations, in the order of [`Jet::blocks`](super::jet::Jet::blocks).
+    /// All entries of the blocks of an element with n coordinates and m equations, in the order of [`Jet::blocks`](super::jet::Jet::blocks).
     pub fn all(kind: ElementKind, n: usize, m: usize) -> Vec<BlockEntry> {
         let square = |block| (0..n * n).map(move |k| BlockEntry::new(block, k / n, k % n));
         let rows = |block| (0..m * n).map(move |k| BlockEntry::new(block, k / n, k % n));
@@ -87,7 +87,7 @@ impl BlockEntry {
         }
     }
 
-    /// The sign with which it stands at (col, row) of K as well.
+    /// The sign with which the entry also appears at (col, row) of K.
     pub fn sign_of_mirrored(&self) -> Option<f64> {
         match self.block {
             Block::Vv | Block::Qq | Block::PhiDotQq => self.mirrored.then_some(1.0),

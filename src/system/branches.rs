@@ -1,7 +1,7 @@
-//! [`Branches`]: an element without a program, by the graphs of those branches of its formula that a motion takes.
+//! [`Branches`]: derivatives of an element without a program, from the graphs of the branches that its formula takes along a motion.
 //!
-//! A formula that looks at values while it is recorded takes the branch of the state at hand, and the graph of that branch has all derivatives
-//! there. They are evaluated node by node.
+//! A formula that branches on values is recorded along the branch of the current state, and the graph of this branch contains all derivatives
+//! there. The graph is evaluated node by node.
 
 use super::acceleration_kernels::changes_along;
 use super::argument::Argument;
@@ -13,17 +13,17 @@ use super::view::NodeView;
 use crate::Error;
 use crate::program::{Graph, Node, Template};
 
-/// So many branches are kept: a formula may have one for every state.
+/// The number of branches that are kept; a formula may take a different branch at every state.
 const MOST: usize = 32;
 
-/// The branches met last.
+/// The branches that were encountered last.
 pub(super) struct Branches {
     pub(super) element: usize,
     bound: Vec<bool>,
     known: Vec<Branch>,
 }
 
-/// What the derivatives of c·f + e·g change by along a direction, and with respect to what they are.
+/// Directional derivatives of the derivatives of c·f + e·g on one branch, and the argument and factor of each.
 struct Branch {
     template: Template,
     graph: Graph,
@@ -36,10 +36,10 @@ impl Branches {
         Branches { element, bound: bound.to_vec(), known: Vec::new() }
     }
 
-    /// Adds those changes at a state, whose arguments and direction `point` holds.
+    /// Adds the directional derivatives at a state; `point` contains its arguments and the direction.
     ///
     /// # Errors
-    /// A formula that panics when it is recorded.
+    /// The formula panics while it is recorded.
     pub(super) fn pull_back(
         &mut self,
         (element, item): (&Element, &PlacedElement),

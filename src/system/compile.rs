@@ -1,4 +1,4 @@
-//! A [`System`] from the parts of a scene, and its formulas as they are when a motion begins.
+//! Compilation of the parts of a scene into a [`System`], and detection of formulas that have changed when a motion begins.
 
 use super::cost_terms::Terms;
 use super::costs::Costs;
@@ -46,7 +46,7 @@ impl System {
         let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
         let structure::Analysis { symbolic, sines, loop_equations } = analysis;
         let formulas = Formulas::new(elements, Layout { n, m, k }, &symbolic);
-        // Its entries are numbered by `u32`.
+        // The entries of K are numbered by `u32`.
         let entries = symbolic.values_len();
         let count = if u32::try_from(entries).is_ok() { entries } else { usize::MAX };
         memory::check("the tangent matrix K", count, size_of::<f64>())?;
@@ -83,15 +83,15 @@ impl System {
         Ok(system)
     }
 
-    /// Identifies the formulas as they are now.
+    /// Identifies the present formulas.
     pub(crate) fn fingerprint(&self) -> u64 {
         fingerprint(&self.batches, &self.costs)
     }
 
-    /// The formulas as they are at a start, if they are other ones than were compiled.
+    /// The formulas at an initial state if they differ from those that were compiled, otherwise `None`.
     ///
     /// # Errors
-    /// A formula whose derivatives are constant, or zero, in other places than before.
+    /// A formula whose derivatives are constant, or zero, in other places than when it was compiled.
     pub(crate) fn formulas_now(&self, start: &NodeView<f64>, fingerprint: u64) -> Result<Option<Formulas>, Error> {
         if fingerprint == self.fingerprint {
             return Ok(None);
@@ -101,7 +101,7 @@ impl System {
             recordings.add(self.item(element.place), element.place, start);
         }
         let changed = |element: &str| Error::Changed { element: element.to_string() };
-        // What num-dual evaluates may change as it likes.
+        // Formulas that num-dual evaluates may change in any way.
         let mut pairs = recordings.elements.iter_mut().zip(&self.formulas.elements);
         let moved = pairs.find_map(|(now, then)| {
             if then.formula.kernels.is_none() {
@@ -118,18 +118,18 @@ impl System {
         Ok(Some(Formulas::new(recordings.elements, self.layout(), &self.symbolic)))
     }
 
-    /// Identifies the formulas of the costs as they are now.
+    /// Identifies the present formulas of the costs.
     ///
     /// # Errors
-    /// A cost that depends on other things than before: a motion does not have them.
+    /// A cost depends on other arguments than when it was compiled; the motion does not provide these.
     pub(crate) fn costs_now(&self, at: &NodeView<f64>) -> Result<u64, Error> {
         let now = fingerprint(&[], &self.costs);
         let changed = (now != self.costs_compiled).then(|| self.costs.find_changed(at)).flatten();
         changed.map_or(Ok(now), |cost| Err(Error::Changed { element: cost.to_string() }))
     }
 
-    /// Prepares the programs of the costs for the design variables of a motion, and formulas as they are now, which may be others than when the motion was
-    /// computed.
+    /// Prepares the programs of the costs for the design variables of a motion and for the present formulas, which may have changed since the motion
+    /// was computed.
     ///
     /// # Errors
     /// As [`costs_now`](Self::costs_now).
@@ -165,7 +165,7 @@ pub(super) fn check_positive(positive: &[Required], design: &[f64]) -> Result<()
     Ok(())
 }
 
-/// Every coordinate must appear in some kinetic energy.
+/// Checks that every coordinate appears in some kinetic energy.
 fn check_inertia(elements: &[Element], names: &Names, n: usize) -> Result<(), Error> {
     let mut heavy = vec![false; n];
     let kinetic = elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);

@@ -1,6 +1,6 @@
-//! The part of the mechanics with constant derivatives: constant masses, linear joints, springs, dampers and actuators.
+//! The part of the mechanics whose derivatives are constant: constant masses, linear joints, springs, dampers and actuators.
 //!
-//! It is evaluated once per run, as sparse matrices, and enters every step as such:
+//! This part is evaluated once per run. Every step uses it in the form of sparse matrices:
 //!
 //! ```text
 //!   𝓛_v += A_vv v + A_vq q + Φ_qᵀσ + a_v      𝓛_q + Q += A_qv v + A_qq q + Q_u u + a_q      dΦ/dt += Φ_q v
@@ -12,7 +12,7 @@ use super::sinusoidal_constraints::SinusoidalTerm;
 use super::view::NodeView;
 use crate::system::{Given, KnownPart};
 
-/// One entry of a sparse matrix.
+/// An entry of a sparse matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Entry {
     pub row: usize,
@@ -29,7 +29,7 @@ pub struct Constants {
     pub qq: Vec<Entry>,
     pub phi_q: Vec<Entry>,
     pub q_u: Vec<Entry>,
-    /// The coefficients of sinusoidal constraints, which vary along the motion but not their shape.
+    /// The coefficients of sinusoidal constraints. The constraints vary along the motion, but the coefficients do not.
     pub waves: Vec<SinusoidalTerm>,
     l_v: Vec<f64>,
     force: Vec<f64>,
@@ -51,7 +51,7 @@ impl Constants {
             Block::ForceV => &mut self.qv,
             Block::Qq | Block::ForceQ => &mut self.qq,
             Block::PhiQ => &mut self.phi_q,
-            // A constraint with these is not constant.
+            // A constraint that has these blocks is not constant.
             Block::PhiQq | Block::PhiDotQq | Block::PhiDotQ => return,
         };
         put(list, row, col, value);
@@ -79,7 +79,7 @@ impl Constants {
         [&mut self.vv, &mut self.vq, &mut self.qv, &mut self.qq, &mut self.phi_q, &mut self.q_u]
     }
 
-    /// Empties the lists, keeping their memory.
+    /// Clears the lists but keeps their memory.
     pub fn clear(&mut self) {
         self.lists_mut().into_iter().for_each(Vec::clear);
         self.waves.clear();
@@ -87,7 +87,7 @@ impl Constants {
         self.force.fill(0.0);
     }
 
-    /// Adds up entries at the same place.
+    /// Sums the entries at equal places.
     pub fn compress(&mut self) {
         for list in self.lists_mut() {
             list.sort_by_key(|e| (e.row, e.col));
@@ -101,8 +101,8 @@ impl Constants {
         }
     }
 
-    /// Writes −k: r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), without what varies,
-    /// in the solver's order and with the opposite sign.
+    /// Writes the negative of r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) and r_σ = dΦ/dt at v = 0, σ = 0 (q = q₋ + h v₋), without the varying part,
+    /// in the solver's order.
     pub(crate) fn step_constants(&self, from: &KnownPart, given: Given, positions: &Positions, r: &mut [f64]) {
         let h = from.h;
         r.fill(0.0);
@@ -149,7 +149,7 @@ impl Constants {
         mechanics.into_iter().flat_map(of).chain(self.phi_q.iter().flat_map(both))
     }
 
-    /// Whether all of them are numbers.
+    /// Whether all constant derivatives are finite.
     pub fn are_finite(&self) -> bool {
         let lists = [&self.vv, &self.vq, &self.qv, &self.qq, &self.phi_q, &self.q_u];
         let waves = self.waves.iter().all(|wave| wave.sine.is_finite() && wave.cosine.is_finite());
@@ -194,7 +194,7 @@ impl Constants {
         self.push_forward_to_force(along, force);
     }
 
-    /// The changes of 𝓛_q + Q alone, along a direction of the state.
+    /// Adds the changes of 𝓛_q + Q alone along a direction of the state.
     pub fn push_forward_to_force(&self, along: &NodeView<f64>, force: &mut [f64]) {
         multiply(&self.qv, along.v, force);
         multiply(&self.qq, along.q, force);

@@ -24,14 +24,14 @@ pub struct CostRows {
     /// Derivatives with respect to the length of the step before the node and of the one after it.
     pub step_before: f64,
     pub step_after: f64,
-    /// Σ h of the costs that are summed with the weights of the scheme, for the step before and for the one after.
+    /// Σ h of the costs that are summed with the weights of the scheme, for the step before the node and for the step after it.
     pub integrand_before: f64,
     pub integrand_after: f64,
-    /// How many costs were evaluated.
+    /// The number of costs evaluated so far.
     pub evaluations: usize,
-    /// Whether any of them may read the state: one on controls alone leaves nothing to the equations before it, whatever its derivatives.
+    /// Whether any of the costs may read the state. A cost of controls alone does not contribute to the equations before its node.
     pub has_read_state: bool,
-    /// What is differentiated is their weighted sum.
+    /// Factors of the costs in the weighted sum that is differentiated.
     pub factors: CostFactors,
     pub memory: CostMemory,
 }
@@ -55,7 +55,7 @@ impl CostRows {
         }
     }
 
-    /// Whether nothing of the state is in them.
+    /// Whether all derivatives with respect to the state are zero.
     pub fn has_no_state(&self) -> bool {
         let CostRows { q, v, p_star, p_star_dot, sigma, .. } = self;
         [q, v, p_star, p_star_dot, sigma].into_iter().flatten().all(|x| *x == 0.0)
@@ -71,7 +71,7 @@ impl CostRows {
         all_finite(&[self.value, self.time]) && all_finite(&lengths) && self.lists().into_iter().all(|list| all_finite(list))
     }
 
-    /// The arguments by which the derivatives are not finite; where these are constants alone, which only multiply what is not, all others too.
+    /// The arguments whose derivatives are not finite. If these are design variables only, all arguments with a nonzero derivative.
     pub fn bad_arguments(&self) -> Vec<Argument> {
         let bad = self.arguments_where(|slope| !slope.is_finite());
         let is_constant = |argument: &Argument| matches!(argument, Argument::Design(_));
@@ -97,14 +97,14 @@ impl CostRows {
         lists.into_iter().zip(kinds).flat_map(|(list, of)| of_list(list).into_iter().map(of)).chain(time).collect()
     }
 
-    /// Memory for programs, and where derivatives are added.
+    /// Memory for the programs, and the derivatives as lists that can be added to.
     pub fn memory_and_slopes(&mut self) -> (&mut CostMemory, Slopes<'_>) {
         let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design, time, memory, .. } = self;
         let lists: [&mut [f64]; 10] = [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, std::slice::from_mut(time)];
         (memory, Slopes { lists, design })
     }
 
-    /// Forgets the derivatives that have been passed on to others: by u̇, v̇ and λ.
+    /// Clears the derivatives with respect to u̇, v̇ and λ after they have been propagated to other variables.
     pub fn clear_passed_on(&mut self) {
         [&mut self.u_dot, &mut self.v_dot, &mut self.lambda].into_iter().for_each(|list| list.fill(0.0));
     }

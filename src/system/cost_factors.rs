@@ -1,43 +1,43 @@
-//! [`CostFactors`]: which weighted sum of J and the outputs is meant.
+//! [`CostFactors`]: the factors of a weighted sum of J and the outputs.
 
 use std::ops::Range;
 
-/// The factor of J (0), then those of the outputs (from 1 on).
+/// The factor of J (0), followed by those of the outputs (from 1 on).
 #[derive(Clone, Debug, Default)]
 pub struct CostFactors {
     all: Vec<f64>,
-    /// Those outside of it are zero, so that what only they count for need not be looked at.
+    /// All factors outside this range are zero, so that costs of these outputs are skipped.
     some: Range<usize>,
 }
 
 impl CostFactors {
-    /// J alone, beside so many outputs.
+    /// J alone, for a given number of outputs.
     pub fn of_cost(outputs: usize) -> Self {
         CostFactors::of_one(0, outputs)
     }
 
-    /// J (0) or one of so many outputs (from 1 on) alone.
+    /// J (0) or one of the outputs (from 1 on) alone, for a given number of outputs.
     pub fn of_one(which: usize, outputs: usize) -> Self {
         let mut factors = CostFactors { all: vec![0.0; 1 + outputs], some: 0..0 };
         factors.choose(which);
         factors
     }
 
-    /// Each of so many outputs, but not J.
+    /// The sum of all outputs, without J.
     pub fn of_outputs(outputs: usize) -> Self {
         let mut factors = CostFactors::of_cost(outputs);
         factors.weigh(0.0, &vec![1.0; outputs]);
         factors
     }
 
-    /// Takes J (0) or an output (from 1 on) alone.
+    /// Selects J (0) or an output (from 1 on) alone.
     pub fn choose(&mut self, which: usize) {
         self.all.fill(0.0);
         self.all[which] = 1.0;
         self.some = which..which + 1;
     }
 
-    /// Takes w₀ J + Σ w_k r_k.
+    /// Selects the sum w₀ J + Σ w_k r_k.
     pub fn weigh(&mut self, of_cost: f64, of_outputs: &[f64]) {
         self.all[0] = of_cost;
         self.all[1..].copy_from_slice(of_outputs);
@@ -46,7 +46,7 @@ impl CostFactors {
         self.some = first..end;
     }
 
-    /// Takes the factors of others, without a new list.
+    /// Copies other factors without a new allocation.
     pub fn copy_from(&mut self, others: &CostFactors) {
         self.all.copy_from_slice(&others.all);
         self.some = others.some.clone();
@@ -58,17 +58,17 @@ impl CostFactors {
         self.all[which]
     }
 
-    /// How many there are, J's included.
+    /// The number of factors, including that of J.
     pub fn len(&self) -> usize {
         self.all.len()
     }
 
-    /// Those that may have another factor than zero.
+    /// A range outside which all factors are zero.
     pub fn some(&self) -> Range<usize> {
         self.some.clone()
     }
 
-    /// Those that have one.
+    /// The indices of the nonzero factors.
     pub fn counting(&self) -> impl Iterator<Item = usize> + '_ {
         self.some().filter(|which| self.all[*which] != 0.0)
     }

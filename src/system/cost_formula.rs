@@ -1,9 +1,9 @@
-//! [`CostFormula`]: a recorded cost, and the program for its value and gradient.
+//! [`CostFormula`]: a recorded cost and the program for its value and gradient.
 
 use super::derivatives::without_zeros;
 use crate::program::{Graph, Kernel, Node, Obstacle, Template};
 
-/// What a cost is differentiated by: one of its arguments, or one of its constants.
+/// The variable of a partial derivative of a cost: one of its arguments or one of its constants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Partial {
     Argument(usize),
@@ -11,7 +11,7 @@ pub enum Partial {
 }
 
 impl Partial {
-    /// By all arguments that a cost depends on, and all constants that are bound.
+    /// All arguments on which a cost depends, and all bound constants.
     pub(super) fn all(depends: &[bool], bound: &[bool]) -> Vec<Partial> {
         let arguments = (0..depends.len()).filter(|&i| depends[i]).map(Partial::Argument);
         arguments.chain((0..bound.len()).filter(|&p| bound[p]).map(Partial::Constant)).collect()
@@ -22,55 +22,55 @@ impl Partial {
 #[derive(Clone, Debug)]
 pub struct CostFormula {
     template: Template,
-    /// The numbers in it.
+    /// The numbers in the formula.
     numbers: Vec<f64>,
     kernel: Kernel,
-    /// What the results after the first, the value, are.
+    /// The partial derivatives that the results after the first one (the value) represent.
     partials: Vec<Partial>,
     quadratic: Option<Quadratic>,
-    /// Where what the prelude computes, or a quadratic form, stands among those of all costs.
+    /// The first index of this cost's part of `CostMemory::fixed`: the quadratic form, if any, and the results of the prelude.
     offset: usize,
 }
 
 /// A polynomial c + gᵀx + ½ xᵀH x of degree two in many arguments.
 #[derive(Clone, Debug)]
 struct Quadratic {
-    /// H by columns, which is constant.
+    /// The program for H, which is constant; stored by columns.
     second: Kernel,
-    /// Whether the formula as it is written keeps digits where this one cancels.
+    /// Whether digits may cancel in this form that the original formula keeps.
     may_cancel: bool,
 }
 
-/// Of the magnitudes that are added up in a value at least so much must be left of it. Where it is not, as in squares of small differences of
-/// large numbers, the formula is evaluated as it is written.
+/// Smallest accepted ratio of a value to the sum of the magnitudes of its terms. Below it, as for squares of small differences of large
+/// numbers, the original formula is evaluated.
 const LEAST_OF_VALUE: f64 = 1.0 / 64.0;
-/// The same of a slope.
+/// Smallest accepted ratio of a slope to the sum of the magnitudes of its terms.
 const LEAST_OF_SLOPE: f64 = 1.0 / 1024.0;
 
-/// For fewer arguments than these a program is at least as fast as a matrix.
+/// With fewer arguments, a program is at least as fast as a matrix.
 const FEW: usize = 6;
 
-/// An instruction takes as long as so many entries of a matrix: a sum of squares has more entries than that, a full quadratic form has not.
+/// The time of one instruction in units of the time per matrix entry; a sum of squares exceeds this ratio, a full quadratic form does not.
 const ENTRIES: usize = 8;
 
-/// What preludes computed for a set of design variables, and memory for registers.
+/// Results of the preludes for one set of design variables, and memory for registers.
 #[derive(Clone, Debug, Default)]
 pub struct CostMemory {
-    /// Whether the programs of all costs can be run: those that were fixed, for formulas as they are now.
+    /// Whether the programs of all costs are prepared and agree with the present formulas.
     pub is_ready: bool,
-    /// The formulas and the design variables that preludes were run for.
+    /// The formulas and the design variables for which the preludes were run.
     pub fingerprint: Option<u64>,
     pub design: Vec<f64>,
     fixed: Vec<f64>,
     registers: Vec<[f64; 1]>,
-    /// x, then H x, and Σ |H_ij x_j|.
+    /// x, H x, and Σ |H_ij x_j|.
     x: Vec<f64>,
     product: Vec<f64>,
     sizes: Vec<f64>,
 }
 
 impl CostFormula {
-    /// Of a recorded cost with so many arguments; `bound` says which constants are design variables.
+    /// Compiles a recorded cost with the given number of arguments; `bound` marks the constants that are design variables.
     pub fn new(
         (template, numbers): (Template, Vec<f64>),
         arguments: usize,
@@ -87,12 +87,12 @@ impl CostFormula {
         Ok(CostFormula { template, numbers, kernel, partials, quadratic, offset })
     }
 
-    /// Where the next cost's fixed numbers may stand.
+    /// The first index that the next cost may use.
     pub fn end(&self) -> usize {
         self.first_of_prelude() + self.kernel.fixed()
     }
 
-    /// Takes over constants, and the numbers in the formula if it was recorded anew; whether its program is still the right one.
+    /// Sets the constants and, if the formula was recorded again, its numbers. Returns whether the program still applies.
     pub fn fix(&self, b: &[f64], now: Option<&(Template, Vec<f64>)>, memory: &mut CostMemory) -> bool {
         let numbers = now.map_or(&self.numbers, |(_, numbers)| numbers);
         if now.is_some_and(|(template, _)| *template != self.template) {
@@ -113,13 +113,13 @@ impl CostFormula {
         memory.fixed[self.offset..first].iter().all(|x| x.is_finite())
     }
 
-    /// Where what its prelude computes stands, behind the quadratic form if there is one.
+    /// The first index of the results of the prelude, which follow the quadratic form if there is one.
     fn first_of_prelude(&self) -> usize {
         let n = self.partials.len();
         self.offset + if self.quadratic.is_some() { n * n + 1 + n } else { 0 }
     }
 
-    /// c + gᵀx + ½ xᵀH x and g + H x, with c and g at zero; nothing where they cancel.
+    /// Computes c + gᵀx + ½ xᵀH x and g + H x, with c and g evaluated at zero; returns `None` if digits cancel.
     fn evaluate_quadratic(
         &self,
         may_cancel: bool,
@@ -152,7 +152,7 @@ impl CostFormula {
         Some(value)
     }
 
-    /// The value, and each partial derivative by what it is one.
+    /// Returns the value, and passes each partial derivative to `put`.
     pub fn evaluate(
         &self,
         memory: &mut CostMemory,
@@ -176,7 +176,7 @@ impl CostFormula {
     }
 }
 
-/// Adds up the products of a matrix's columns with a vector.
+/// Sums the products of a matrix's columns with a vector.
 fn multiply(columns: &[f64], x: &[f64], into: &mut [f64], product: impl Fn(f64, f64) -> f64) {
     into.fill(0.0);
     for (column, &x) in columns.chunks_exact(into.len()).zip(x) {
@@ -184,7 +184,7 @@ fn multiply(columns: &[f64], x: &[f64], into: &mut [f64], product: impl Fn(f64, 
     }
 }
 
-/// A polynomial of degree two, if it is one of arguments alone; from its value and slopes.
+/// The quadratic form of a cost if it is a polynomial of degree two in arguments alone; derived from its value and slopes.
 fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Quadratic> {
     let one = graph.constant(1.0);
     let mut second = Vec::new();
@@ -201,7 +201,7 @@ fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], paramete
     Some(Quadratic { second: Kernel::new(graph, parameters, &second)?, may_cancel })
 }
 
-/// The partial derivatives of a node, without those that vanish.
+/// The partial derivatives of a node that do not vanish.
 pub(super) fn gradient(graph: &mut Graph, value: Node, of: Vec<Partial>) -> (Vec<Partial>, Vec<Node>) {
     let one = graph.constant(1.0);
     let arguments: Vec<Node> = of

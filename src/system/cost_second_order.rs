@@ -3,7 +3,7 @@
 use super::cost_formula::{Partial, gradient};
 use crate::program::{Kernel, Template};
 
-/// Its results are h, D h, the partial derivatives of h and D of them.
+/// The program whose results are h, D h, the partial derivatives of h, and D of these.
 #[derive(Clone, Debug)]
 pub struct CostSecondOrder {
     kernel: Kernel,
@@ -16,9 +16,9 @@ pub struct CostSecondOrder {
 }
 
 impl CostSecondOrder {
-    /// Of a recorded cost with so many arguments; `bound` says which constants are design variables.
+    /// Compiles a recorded cost with the given number of arguments; `bound` marks the constants that are design variables.
     ///
-    /// Arguments of the program are those of the cost, then their rates, then those of the constants.
+    /// The program's arguments are those of the cost, their rates, and the rates of the constants.
     pub fn new((template, numbers): (Template, Vec<f64>), arguments: usize, bound: &[bool]) -> Option<Self> {
         let (mut graph, values) = template.graph();
         let of = Partial::all(&template.depends(arguments), bound);
@@ -35,13 +35,13 @@ impl CostSecondOrder {
         Some(CostSecondOrder { kernel, partials, arguments, numbers, fixed, registers })
     }
 
-    /// Takes over the values of the constants.
+    /// Sets the values of the constants.
     pub fn fix(&mut self, b: impl Iterator<Item = f64>) {
         let parameters: Vec<f64> = b.chain(self.numbers.iter().copied()).collect();
         self.kernel.run_prelude(&parameters, |k, value| self.fixed[k] = value);
     }
 
-    /// h and D h, and each partial derivative with its change.
+    /// Returns h and D h, and passes on each partial derivative with its change.
     pub fn evaluate(
         &mut self,
         argument: impl Fn(usize) -> f64,

@@ -1,8 +1,8 @@
-//! The arguments of a cost, numbered one after the other, and what of a node they need.
+//! The arguments of a cost, numbered consecutively, and the quantities of a node that they refer to.
 
 use crate::model::element::ListPoint;
 
-/// Which list an argument is of.
+/// The list of a node that an argument belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Of {
     Q,
@@ -17,7 +17,7 @@ pub enum Of {
     Time,
 }
 
-/// Its arguments: for each the list it is of, and its place in the numbering of the scene.
+/// The arguments of a cost: for each, its list and its index in the scene's numbering.
 #[derive(Clone)]
 pub struct CostShape {
     n: usize,
@@ -38,12 +38,12 @@ impl CostShape {
         self.places.len()
     }
 
-    /// Whether it has arguments beside controls and time.
+    /// Whether the cost has arguments other than controls and time.
     pub fn has_state(&self) -> bool {
         self.n + self.m > 0
     }
 
-    /// The point whose arguments stand one after the other.
+    /// Splits a list of all arguments into the fields of a point.
     pub fn point<'a, S: Copy>(&self, x: &'a [S], b: &'a [S]) -> ListPoint<'a, S> {
         let CostShape { n, m, k, .. } = *self;
         let mut rest = x;

@@ -1,4 +1,4 @@
-//! [`Terms`]: what J and the outputs are sums of, how each term is summed, and what it needs of a node.
+//! [`Terms`]: the terms that J and the outputs are sums of, how each is summed, and which quantities of a node it needs.
 
 use super::System;
 use super::cost_factors::CostFactors;
@@ -11,7 +11,7 @@ use crate::model::element::Sum;
 use crate::number::Real;
 use crate::program::Obstacle;
 
-/// A cost, without its formula.
+/// Description of a cost without its formula.
 pub struct Term<'a> {
     pub name: &'a str,
     /// 0 for J, or 1 + the number of the output.
@@ -19,21 +19,21 @@ pub struct Term<'a> {
     pub sum: Sum,
     pub uses: CostUse,
     pub has_program: bool,
-    /// Why it has none, unless it was not to have one.
+    /// The reason why the cost has no program, unless programs were disabled.
     pub obstacle: Option<Obstacle>,
     pub shape: &'a CostShape,
 }
 
-/// What is known of all of them.
+/// Properties of all costs together.
 #[derive(Clone)]
 pub struct Terms {
-    /// Whether J, the first, and the outputs have a term before the last node.
+    /// Whether J (first) and each output have a term before the last node.
     running: Vec<bool>,
-    /// Whether any is summed with the weights of the scheme.
+    /// Whether any cost is summed with the weights of the scheme.
     integral: bool,
-    /// The last single node at which one counts, and its name.
+    /// The last single node at which a cost is evaluated, and the name of the cost.
     last_node: Option<(usize, String)>,
-    /// What any of them needs.
+    /// The quantities that any of the costs needs.
     uses: CostUse,
 }
 
@@ -51,7 +51,7 @@ impl Terms {
     }
 }
 
-/// Whether a cost depends on something; of a formula that cannot be recorded, perhaps.
+/// Whether a cost depends on a quantity; `Perhaps` if its formula cannot be recorded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Depends {
     Never,
@@ -59,7 +59,7 @@ pub enum Depends {
     Always,
 }
 
-/// What costs need of a node beside its y and u.
+/// Quantities of a node, other than y and u, that costs need.
 #[derive(Clone, Copy, Debug)]
 pub struct CostUse {
     /// v̇ or λ.
@@ -68,7 +68,7 @@ pub struct CostUse {
     pub control_rates: Depends,
     /// t.
     pub time: Depends,
-    /// σ, or p* or ṗ*, in which it is.
+    /// σ, or p* or ṗ*, which contain it.
     pub multipliers: Depends,
 }
 
@@ -80,7 +80,7 @@ impl CostUse {
         CostUse { accelerations: depends, control_rates: depends, time: depends, multipliers: depends }
     }
 
-    /// Of a cost that depends on such arguments.
+    /// The quantities needed by a cost that depends on these arguments.
     pub fn of(arguments: impl Iterator<Item = Of>) -> Self {
         arguments.fold(CostUse::NONE, |uses, of| match of {
             Of::VDot | Of::Lambda => CostUse { accelerations: Depends::Always, ..uses },
@@ -91,7 +91,7 @@ impl CostUse {
         })
     }
 
-    /// Of two costs.
+    /// The quantities needed by either of two costs.
     pub fn and(self, other: CostUse) -> Self {
         CostUse {
             accelerations: self.accelerations.max(other.accelerations),
@@ -107,30 +107,30 @@ impl System {
         &self.costs
     }
 
-    /// Whether any cost with one of these factors has a value before the last node.
+    /// Whether any cost with a nonzero factor is evaluated before the last node.
     pub(crate) fn has_running_cost(&self, factors: &CostFactors) -> bool {
         factors.counting().any(|which| self.terms.running[which])
     }
 
-    /// The ways in which the terms of an output (0 for J) are summed, and their names.
+    /// How each term of an output (0 for J) is summed, and its name.
     pub(crate) fn sums(&self, output: usize) -> impl Iterator<Item = (Sum, &str)> {
         self.costs.terms().filter(move |term| term.output == output).map(|term| (term.sum, term.name))
     }
 
-    /// The name of an element or a cost that may depend on time itself.
+    /// The name of an element or a cost that may depend explicitly on time.
     pub(crate) fn timed(&self) -> Option<&str> {
         let mut elements = self.formulas.elements.iter().filter(|element| element.formula.timed);
         let mut terms = self.costs.terms().filter(|term| term.uses.time > Depends::Never);
         elements.next().map(|element| element.name.as_str()).or_else(|| terms.next().map(|term| term.name))
     }
 
-    /// The name of a cost that depends on σ, or on p* or ṗ*, if there are constraints; costs that branch are not looked into.
+    /// The name of a cost that depends on σ, p* or ṗ*, if there are constraints; costs that branch on values are not considered.
     pub(crate) fn cost_of_multipliers(&self) -> Option<&str> {
         let mut terms = self.costs.terms().filter(|term| self.m > 0 && term.uses.multipliers == Depends::Always);
         terms.next().map(|term| term.name)
     }
 
-    /// The names of costs that may read multipliers of these equations, and the equations that they read.
+    /// The names of the costs that may read multipliers of these equations, and the equations whose multipliers they read.
     pub(crate) fn costs_of_multipliers(&self, equations: &[usize]) -> (Vec<&str>, Vec<usize>) {
         let reads =
             |term: &Term, j: usize| term.uses.multipliers > Depends::Never && term.shape.places.contains(&(Of::Sigma, j));
@@ -140,7 +140,7 @@ impl System {
         (costs, equations.iter().copied().filter(read).collect())
     }
 
-    /// The last single node at which a cost counts, and the name of the cost.
+    /// The last single node at which a cost is evaluated, and the name of the cost.
     pub(crate) fn last_cost_node(&self) -> Option<(usize, &str)> {
         self.terms.last_node.as_ref().map(|(node, name)| (*node, name.as_str()))
     }
@@ -155,7 +155,7 @@ impl System {
         self.terms.uses.control_rates > Depends::Never
     }
 
-    /// Adds all costs at one node, with their weights and factors, to J and to the outputs, of which no others are touched.
+    /// Adds all costs at one node, with their weights and factors, to J and to the outputs; outputs without a factor are skipped.
     pub(crate) fn add_costs<R: Real>(
         &self,
         at: &NodeView<R>,

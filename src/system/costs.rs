@@ -1,4 +1,4 @@
-//! [`Costs`]: all costs of a scene, and which of them count at a node.
+//! [`Costs`]: all costs of a scene, indexed by the nodes at which they are evaluated.
 
 use num_dual::Dual64;
 use std::ops::Range;
@@ -20,9 +20,9 @@ use crate::number::Fingerprint;
 #[derive(Clone, Default)]
 pub struct Costs {
     items: Vec<PlacedCost>,
-    /// Those that may count anywhere, by the output that they belong to: of many outputs, only those need to be looked at that are asked for.
+    /// Costs that may be evaluated at any node, sorted by output, so that only the requested outputs are visited.
     anywhere: Vec<(usize, usize)>,
-    /// Those that count at a single node, by that node and their output: with a reading at each of many, nodes need not look at all.
+    /// Costs that are evaluated at a single node, sorted by node and output, so that each node visits only its own, even if there are many.
     at_node: Vec<((usize, usize), usize)>,
 }
 
@@ -42,29 +42,29 @@ impl Costs {
         self.at_node.sort_unstable();
     }
 
-    /// The costs that may count at a given node, or between given nodes, for some of the outputs, by their numbers.
+    /// The indices of the costs that may be evaluated at a given node (or between given nodes, for `None`) for some of the outputs.
     fn here(&self, node: Option<usize>, outputs: Range<usize>) -> impl Iterator<Item = usize> + '_ {
         let at_node = node.map_or(&[][..], |node| among(&self.at_node, (node, outputs.start)..(node, outputs.end)));
         let anywhere = among(&self.anywhere, outputs).iter().map(|(_, index)| *index);
         anywhere.chain(at_node.iter().map(|(_, index)| *index))
     }
 
-    /// All of them.
+    /// All costs.
     pub(super) fn items(&self) -> &[PlacedCost] {
         &self.items
     }
 
-    /// Those costs.
+    /// The costs that may be evaluated at a given node (or between given nodes, for `None`) for some of the outputs.
     pub(super) fn items_here(&self, node: Option<usize>, outputs: Range<usize>) -> impl Iterator<Item = &PlacedCost> {
         self.here(node, outputs).map(|index| &self.items[index])
     }
 
-    /// Takes the parameters of all costs through `resolve`.
+    /// Replaces the parameters of all costs by means of `resolve`.
     pub fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
         self.items.iter_mut().flat_map(|item| &mut item.b).for_each(|b| *b = resolve(*b));
     }
 
-    /// Puts costs in order, records every one and makes its program, unless there shall be none.
+    /// Sorts and records all costs, and compiles their programs unless programs are disabled.
     pub fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool) {
         self.arrange();
         let mut fixed = 0;
@@ -81,7 +81,7 @@ impl Costs {
         }
     }
 
-    /// Takes over design variables, and formulas as they are now if they are `changed`; whether the programs of all costs hold still.
+    /// Sets the design variables and, if formulas have `changed`, records them again. Returns whether the programs of all costs still apply.
     pub fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> bool {
         let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
         let broken = programs.filter(|(item, formula)| {
@@ -89,16 +89,16 @@ impl Costs {
             let constants: Vec<f64> = item.b.iter().map(|b| b.value(at.design)).collect();
             changed && now.is_none() || !formula.fix(&constants, now.as_ref(), memory)
         });
-        // All of them, also behind a broken one: the others take over their constants.
+        // Visits all costs, even after one whose program fails, so that the others receive their constants.
         broken.count() == 0
     }
 
-    /// Joins what identifies the formulas that anything was concluded of.
+    /// Adds the formulas of all recorded costs to a fingerprint.
     pub fn fingerprint(&self, sum: &mut Fingerprint) {
         self.items.iter().for_each(|item| item.fingerprint(sum));
     }
 
-    /// The first cost from whose formula other things would be concluded now.
+    /// The first cost that depends on other arguments now than when it was compiled.
     pub fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
         let recorded = self.items.iter().filter_map(|item| Some((item, item.depends.as_ref()?)));
         let depends = |item: &PlacedCost| item.record(at).map(|(template, _)| template.depends(item.shape.len()));
@@ -106,24 +106,24 @@ impl Costs {
         changed.next().map(|(item, _)| item.name.as_str())
     }
 
-    /// All costs, without their formulas.
+    /// Descriptions of all costs, without their formulas.
     pub fn terms(&self) -> impl Iterator<Item = Term<'_>> {
         self.items.iter().map(PlacedCost::term)
     }
 
-    /// What is needed by those that are summed at a given node, or between given nodes.
+    /// The quantities needed by the costs that are summed at a given node, or between given nodes.
     pub fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &CostFactors) -> CostUse {
         let here = self.items_here(node, factors.some());
         let summed = here.filter(|item| factors.of(item.output) != 0.0 && is_summed(item.sum));
         summed.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
     }
 
-    /// Adds value and derivatives.
+    /// Adds values and derivatives.
     pub fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
         self.items_here(weights.node(), rows.factors.some()).for_each(|item| item.gradient(at, weights, rows));
     }
 
-    /// The programs for second derivatives, of all costs that can be recorded.
+    /// The programs for second derivatives of all costs that can be recorded.
     pub fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
         let of = |item: &PlacedCost| {
             item.formula.as_ref()?;
@@ -133,14 +133,14 @@ impl Costs {
         self.items.iter().map(of).collect()
     }
 
-    /// Takes over design variables.
+    /// Sets the design variables in these programs.
     pub fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]) {
         for (item, program) in self.items.iter().zip(programs) {
             program.iter_mut().for_each(|program| program.fix(item.b.iter().map(|b| b.value(design))));
         }
     }
 
-    /// Adds the changes of value and derivatives along a direction of what they depend on and of the weights, with these programs.
+    /// Adds the changes of values and derivatives along a direction of the arguments and of the weights, by means of these programs.
     pub fn gradient_along(
         &self,
         programs: &mut [Option<CostSecondOrder>],
@@ -179,7 +179,7 @@ impl Costs {
     }
 }
 
-/// Those of a sorted list whose keys are in a range.
+/// The items of a sorted list whose keys lie in a range.
 fn among<K: Ord>(list: &[(K, usize)], keys: Range<K>) -> &[(K, usize)] {
     let first = list.partition_point(|(key, _)| *key < keys.start);
     let rest = &list[first..];

@@ -1,4 +1,4 @@
-//! [`Derivatives`]: what a formula adds to 𝓛_v, 𝓛_q + Q and dΦ/dt, and the derivatives of that, as nodes of its graph.
+//! [`Derivatives`]: the contributions of a formula to 𝓛_v, 𝓛_q + Q and dΦ/dt, and their derivatives, as nodes of the formula's graph.
 
 use super::block::{Block, BlockEntry};
 use super::difference::{Differences, Pairs};
@@ -8,7 +8,7 @@ use super::shape::Shape;
 use super::typed::Slot;
 use crate::program::{Graph, Node, Template};
 
-/// First and second derivatives as nodes of the formula's graph.
+/// Contributions of a formula and their derivatives, as nodes of its graph.
 pub(super) struct Derivatives {
     pub(super) kind: ElementKind,
     pub(super) shape: Shape,
@@ -24,12 +24,12 @@ pub(super) struct Derivatives {
     /// Q_v and Q_q by columns.
     force_v: Vec<Node>,
     force_q: Vec<Node>,
-    /// All second derivatives that are not zero by structure.
+    /// All second derivatives that are not structurally zero.
     pub(super) entries: Vec<(BlockEntry, Node)>,
 }
 
 impl Derivatives {
-    /// Those of a recorded formula, with its graph.
+    /// Differentiates a recorded formula; returns its graph and the derivatives.
     pub(super) fn new(kind: ElementKind, shape: Shape, template: &Template) -> (Graph, Self) {
         let (mut graph, values) = template.graph();
         let n = shape.n;
@@ -80,7 +80,7 @@ impl Derivatives {
         self.symmetric(graph, Block::Qq, q);
     }
 
-    /// The lower triangle of a block: the derivatives of the force.
+    /// Adds the lower triangle of a symmetric block: the derivatives of the force.
     fn symmetric(&mut self, graph: &mut Graph, block: Block, q: &[Node]) {
         let one = graph.constant(1.0);
         for (i, x) in q.iter().enumerate() {
@@ -134,7 +134,7 @@ impl Derivatives {
         (0..self.shape.n).map(is_linear).collect()
     }
 
-    /// The differences of coordinates on which they depend alone.
+    /// The differences of coordinates on which the derivatives depend, if they depend on differences only.
     pub(super) fn differences(&self, graph: &Graph) -> Differences {
         let n = self.shape.n;
         let find = |rows: &[Vec<Node>]| Pairs::find(graph, n, rows.iter().map(Vec::as_slice));
@@ -161,7 +161,7 @@ impl Derivatives {
         }
     }
 
-    /// What is evaluated at every iteration: the components, of a constraint without its linear columns.
+    /// The components that are evaluated at every iteration; for a constraint, without its linear columns.
     pub(super) fn without_linear_columns(&self, graph: &mut Graph, is_linear: &[bool]) -> (Vec<Component>, Vec<Node>) {
         let (shape, mut l_v, mut phi_dot) = (self.shape, self.l_v.clone(), self.phi_dot.clone());
         if self.kind == ElementKind::Holonomic {
@@ -193,7 +193,7 @@ impl Derivatives {
         (0..shape.n).flat_map(|i| columns.iter().map(move |column| column[i]).collect::<Vec<_>>()).collect()
     }
 
-    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to inputs, without those that vanish.
+    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to inputs that do not vanish, and their arguments.
     pub(super) fn by_inputs(
         &self,
         graph: &mut Graph,
@@ -217,7 +217,7 @@ impl Derivatives {
         }
     }
 
-    /// The components of 𝓛_v, 𝓛_q + Q and dΦ/dt with c, d and e.
+    /// The components of 𝓛_v, 𝓛_q + Q and dΦ/dt, paired with c, d and e.
     pub(super) fn weighted(&self, graph: &mut Graph) -> Vec<(Node, Node)> {
         let (shape, mut all) = (self.shape, Vec::new());
         for (nodes, first) in [(&self.l_v, shape.c()), (&self.force, shape.d()), (&self.phi_dot, shape.e())] {
@@ -226,7 +226,7 @@ impl Derivatives {
         all
     }
 
-    /// Their sum of products, ψ, and its rate.
+    /// ψ = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate.
     pub(super) fn along(&self, graph: &mut Graph) -> [Node; 2] {
         let sum = self.weighted_sum(graph);
         let moving = self.shape.moving().enumerate();
@@ -235,7 +235,7 @@ impl Derivatives {
         [sum, graph.forward(&[sum], &tangents)[0]]
     }
 
-    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
+    /// ψ = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
     pub(super) fn weighted_sum(&self, graph: &mut Graph) -> Node {
         let (x, y): (Vec<Node>, Vec<Node>) = self.weighted(graph).into_iter().unzip();
         let zero = graph.constant(0.0);
@@ -251,7 +251,7 @@ pub(super) fn sum_of_products(graph: &mut Graph, x: &[Node], y: &[Node], z: Node
     })
 }
 
-/// 𝓛_v, 𝓛_q + Q and dΦ/dt, or what stands in their places, component by component.
+/// The nodes of 𝓛_v, 𝓛_q + Q and dΦ/dt (or of corresponding quantities), each with its component.
 pub(super) fn components([l_v, force, phi_dot]: [&[Node]; 3]) -> Vec<(Component, Node)> {
     let momenta = (0..).map(Component::Momentum).zip(l_v);
     let forces = (0..).map(Component::Force).zip(force);
@@ -259,7 +259,7 @@ pub(super) fn components([l_v, force, phi_dot]: [&[Node]; 3]) -> Vec<(Component,
     momenta.chain(forces).chain(equations).map(|(of, node)| (of, *node)).collect()
 }
 
-/// Results and what they are, without those that vanish.
+/// Removes the results that vanish; returns the labels and the nodes of the others.
 pub(super) fn without_zeros<T>(graph: &Graph, all: impl IntoIterator<Item = (T, Node)>) -> (Vec<T>, Vec<Node>) {
     all.into_iter().filter(|(_, node)| !graph.is_zero(*node)).unzip()
 }

@@ -1,6 +1,6 @@
-//! [`Differences`]: formulas that depend on coordinates by their differences alone, as those of springs, cables and distances between points do.
+//! [`Differences`]: detection of formulas that depend on differences of coordinates only, such as those of springs, cables and distances.
 //!
-//! Of a function f of z = q_b − q_a the derivatives by q_a are those by q_b with the opposite sign. So those by q_b alone are computed:
+//! The derivatives of a function f of z = q_b − q_a with respect to q_a are the negatives of those with respect to q_b. Only the latter are computed:
 //!
 //! ```text
 //!   f_b = f_z,   f_a = −f_z          f_bb = f_aa = f_zz,   f_ab = f_ba = −f_zz
@@ -10,26 +10,26 @@ use super::block::{Block, BlockEntry};
 use super::formula::Component;
 use crate::program::{Graph, Node};
 
-/// Of each coordinate b, the coordinate a if the formula depends on q_b − q_a alone; and whether it is such an a.
+/// The role of each coordinate: unpaired, b of a difference q_b − q_a, or a of one.
 #[derive(Clone, Debug)]
 pub(super) struct Pairs(Vec<Role>);
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
     Alone,
-    /// b, with the number of a.
+    /// Coordinate b; contains the number of coordinate a.
     Relative(usize),
-    /// a.
+    /// Coordinate a.
     Reference,
 }
 
 impl Pairs {
-    /// Of so many coordinates none depends on another.
+    /// No pairs among `n` coordinates.
     pub(super) fn none(n: usize) -> Self {
         Pairs(vec![Role::Alone; n])
     }
 
-    /// Coordinates whose derivatives in every row are opposite, and not all zero.
+    /// Finds pairs of coordinates whose derivatives are opposite in every row, and not all zero.
     pub(super) fn find<'a>(graph: &Graph, n: usize, rows: impl Iterator<Item = &'a [Node]> + Clone) -> Self {
         let mut pairs = Pairs::none(n);
         let is_opposite = |a: usize, b: usize| {
@@ -40,14 +40,14 @@ impl Pairs {
         let negatives = |i: usize| rows.clone().filter(|row| graph.is_negative(row[i])).count();
         for b in 0..n {
             let Some(a) = (0..b).find(|&a| pairs.0[a] == Role::Alone && is_opposite(a, b)) else { continue };
-            // The one whose derivatives have fewer signs.
+            // The coordinate whose derivatives have fewer minus signs becomes b.
             let (b, a) = if negatives(a) < negatives(b) { (a, b) } else { (b, a) };
             (pairs.0[b], pairs.0[a]) = (Role::Relative(a), Role::Reference);
         }
         pairs
     }
 
-    /// What a coordinate is relative to; None if it is a reference itself.
+    /// The coordinate a that coordinate i is relative to, if any; outer `None` if i is a reference itself.
     fn reference(&self, i: usize) -> Option<Option<usize>> {
         match self.0[i] {
             Role::Alone => Some(None),
@@ -57,7 +57,7 @@ impl Pairs {
     }
 }
 
-/// The differences on which 𝓛_v and the force, and their derivatives by v and q, depend.
+/// Differences on which 𝓛_v and the force depend, and differences of v and of q.
 #[derive(Clone, Debug)]
 pub(super) struct Differences {
     pub(super) momentum: Pairs,
@@ -67,12 +67,12 @@ pub(super) struct Differences {
 }
 
 impl Differences {
-    /// Of what depends on velocities as on coordinates, or not at all.
+    /// The same pairs for velocities as for coordinates; also used for formulas that do not depend on velocities.
     pub(super) fn of_coordinates(q: Pairs) -> Self {
         Differences { momentum: q.clone(), force: q.clone(), v: q.clone(), q }
     }
 
-    /// The entries that stand for others as well, like ones together, and the others without those.
+    /// The entries that must be computed, sorted by kind; the other entries follow from these by a change of sign.
     pub(super) fn entries(&self, all: Vec<(BlockEntry, Node)>) -> (Vec<RelativeEntry>, Vec<Node>) {
         let relative = all.into_iter().filter_map(|(entry, node)| Some((self.entry(entry)?, node)));
         let mut entries: Vec<(RelativeEntry, Node)> = relative.collect();
@@ -80,7 +80,7 @@ impl Differences {
         entries.into_iter().unzip()
     }
 
-    /// The components likewise: those that stand for their negatives, too, come first, and these negatives are what is given second.
+    /// The components that must be computed: first those whose negatives are components as well, which are returned second.
     pub(super) fn components(&self, all: &[Component], nodes: &[Node]) -> (Vec<Component>, Vec<Component>, Vec<Node>) {
         let relative = all.iter().zip(nodes).filter_map(|(of, node)| Some((self.component(*of)?, *node)));
         let (first, rest): (Vec<_>, Vec<_>) = relative.partition(|((_, negative), _)| negative.is_some());
@@ -89,7 +89,7 @@ impl Differences {
         (components, negatives, nodes)
     }
 
-    /// What an entry stands for; None if another stands for it.
+    /// The relative entry for an entry; `None` if another entry represents it.
     fn entry(&self, entry: BlockEntry) -> Option<RelativeEntry> {
         let rows = match entry.block {
             Block::Vv | Block::Vq => Some(&self.momentum),
@@ -102,7 +102,7 @@ impl Differences {
         Some(RelativeEntry { entry, reference: [row, cols.reference(entry.col)?] })
     }
 
-    /// A component, and of which other one it is the negative; None if another stands for it.
+    /// A component and the component that is its negative, if any; `None` if another component represents it.
     fn component(&self, of: Component) -> Option<(Component, Option<Component>)> {
         Some(match of {
             Component::Momentum(i) => (of, self.momentum.reference(i)?.map(Component::Momentum)),
@@ -112,7 +112,7 @@ impl Differences {
     }
 }
 
-/// An entry of a block by coordinates b, and the coordinates a that its row and its column are relative to.
+/// An entry of a block at coordinates b, and the coordinates a that its row and its column are relative to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RelativeEntry {
     pub entry: BlockEntry,
@@ -120,12 +120,12 @@ pub struct RelativeEntry {
 }
 
 impl RelativeEntry {
-    /// How many plain entries it stands for: one, two or four.
+    /// The number of plain entries that this entry represents: one, two or four.
     pub fn len(&self) -> usize {
         1 << self.reference.iter().flatten().count()
     }
 
-    /// These: of several, first one half, then the other, which have the opposite sign.
+    /// The plain entries: if there are several, the first half has the sign of this entry and the second half the opposite sign.
     pub fn parts(&self) -> impl Iterator<Item = BlockEntry> {
         let BlockEntry { row, col, .. } = self.entry;
         let [row_of, col_of] = self.reference;
@@ -136,13 +136,13 @@ impl RelativeEntry {
             .filter_map(move |(row, col)| Some(BlockEntry { row: row?, col: col?, ..self.entry }))
     }
 
-    /// The same with their signs.
+    /// The plain entries with their signs.
     pub fn signed_parts(&self) -> impl Iterator<Item = (f64, BlockEntry)> {
         let plain = self.len().div_ceil(2);
         self.parts().enumerate().map(move |(k, part)| (if k < plain { 1.0 } else { -1.0 }, part))
     }
 
-    /// The parts of like entries: of all the first with its sign, then of all the second, and so on.
+    /// The plain entries of like entries: the first of each with its sign, then the second of each, and so on.
     pub fn parts_of(like: &[RelativeEntry]) -> impl Iterator<Item = (f64, Vec<BlockEntry>)> {
         let part = |k: usize| move |entry: &RelativeEntry| entry.signed_parts().nth(k);
         (0..like[0].len()).filter_map(move |k| {
@@ -151,12 +151,12 @@ impl RelativeEntry {
         })
     }
 
-    /// Its block, whether it is mirrored, and whether its row and its column are relative to others.
+    /// The block, whether the entry is mirrored, and whether its row and its column are relative.
     fn kind(&self) -> (Block, bool, [bool; 2]) {
         (self.entry.block, self.entry.mirrored, self.reference.map(|reference| reference.is_some()))
     }
 
-    /// Whether another one belongs to the same block, and stands for as many entries likewise.
+    /// Whether another entry belongs to the same block and represents plain entries in the same way.
     pub fn is_like(&self, other: &RelativeEntry) -> bool {
         self.kind() == other.kind()
     }

@@ -1,4 +1,4 @@
-//! Random formulas of differences of coordinates, each way round, held to num-dual.
+//! Random formulas of differences of coordinates, in either order, compared with num-dual.
 
 use nalgebra::SVector;
 
@@ -10,7 +10,7 @@ use super::verify_tests::{Random, bound, hold};
 use crate::model::Param;
 use crate::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scalar};
 
-/// A formula of two differences of four coordinates, and of the fifth, if there is one; whether each is taken the other way round.
+/// A formula of two differences of four coordinates, and of the fifth if there is one; `reversed` swaps the terms of each difference.
 struct OfDifferences {
     formula: Random,
     reversed: [bool; 2],
@@ -45,7 +45,7 @@ impl Force<4, 1, 2> for OfDifferences {
     fn force<S: Scalar>(&self, at: &ForcePoint<S, 4, 1>, b: &SVector<S, 2>) -> SVector<S, 4> {
         let ([x, y], [u, v]) = (self.of(&at.q), self.of(&at.v));
         let pull: SVector<S, 2> = self.formula.last(&[x, y, u, v, at.u[0], at.t, b[0], b[1]]);
-        // One way as it comes, the other without a difference of its own.
+        // The first force uses one difference as recorded, the second one has no difference of its own.
         SVector::from([pull[0], pull[1], -pull[0], pull[1] * 2.0])
     }
 }

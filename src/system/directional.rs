@@ -1,4 +1,4 @@
-//! An element along a direction of its arguments, by num-dual: ε₂ along the direction, ε₁ along an argument.
+//! Directional derivatives of an element by num-dual: ε₂ for the direction, ε₁ for one argument.
 
 use super::batch::{Covector, Pair, Sums};
 use super::cost::CostRows;
@@ -8,7 +8,7 @@ use super::typed::{OnNumbers, Slot};
 use super::view::NodeView;
 use crate::number::{Hyper, hyper, hyper_parts};
 
-/// What is differentiated by: an argument, or a velocity that is the rate of its coordinate, too.
+/// The variable of differentiation: none, an argument, or a velocity together with the coordinate whose rate it is.
 #[derive(Clone, Copy)]
 enum Seed {
     None,
@@ -17,7 +17,7 @@ enum Seed {
 }
 
 impl PlacedElement {
-    /// An argument and its derivative along a direction; what the direction does not have is zero.
+    /// An argument and its derivative along a direction; components that the direction lacks count as zero.
     fn moving(&self, at: &NodeView<f64>, along: &NodeView<f64>, slot: Slot) -> [f64; 2] {
         let of = |x: &[f64], rate: &[f64], i: usize| [x[i], rate.get(i).copied().unwrap_or(0.0)];
         match slot {
@@ -33,7 +33,7 @@ impl PlacedElement {
         }
     }
 
-    /// 𝓛_v, 𝓛_q + Q and dΦ/dt with derivatives along a direction and along what `seed` chooses.
+    /// Evaluates 𝓛_v, 𝓛_q + Q and dΦ/dt with derivatives along a direction and with respect to `seed`.
     fn first_along(
         &self,
         (at, along): (&NodeView<f64>, &NodeView<f64>),
@@ -52,7 +52,7 @@ impl PlacedElement {
         OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| put(of, hyper_parts(&x)));
     }
 
-    /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along the inputs of a direction.
+    /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along the inputs of a direction (u, t and b).
     pub fn add_changes(&self, at: &NodeView<f64>, along: &NodeView<f64>, sums: &mut Sums<f64>) {
         let inputs = NodeView { q: &[], v: &[], sigma: &[], ..*along };
         self.first_along((at, &inputs), Seed::None, &mut |of, parts| *self.place(of, sums) += parts[2]);
@@ -75,7 +75,7 @@ impl PlacedElement {
         self.pull_back_inputs_along(rows, &slope);
     }
 
-    /// Adds the derivatives with respect to controls, parameters and time, by a function that knows each.
+    /// Adds the derivatives with respect to controls, parameters and time; `slope` computes each of them.
     fn pull_back_inputs_along(&self, rows: &mut CostRows, slope: &dyn Fn(Slot) -> f64) {
         for (k, &channel) in self.u.iter().enumerate() {
             rows.u[channel] += slope(Slot::U(k));
@@ -89,14 +89,14 @@ impl PlacedElement {
     }
 }
 
-/// The direction in which time goes on.
+/// The direction in which the state moves with time.
 fn motion<'a>(at: &NodeView<'a, f64>, (v_dot, lambda): (&'a [f64], &'a [f64])) -> NodeView<'a, f64> {
     NodeView::of_equations([at.v, v_dot, lambda], (&[], 1.0, &[]))
 }
 
 /// Accelerations and reactions: f, g and their derivatives, with ε₂ along the motion.
 impl PlacedElement {
-    /// Adds f and g where v̇ = 0 and λ = 0.
+    /// Adds f and g for v̇ = 0 and λ = 0.
     pub fn add_acceleration(&self, at: &NodeView<f64>, right: &mut Pair) {
         let mut put = |of: Component, [value, _, rate, _]: [f64; 4]| match of {
             Component::Momentum(i) => right.v[self.q[i]] -= rate,
@@ -106,12 +106,12 @@ impl PlacedElement {
         self.first_along((at, &motion(at, (&[], &[]))), Seed::None, &mut put);
     }
 
-    /// Adds what f and g change by along a direction at fixed v̇ and λ: here it is along ε₁.
+    /// Adds the changes of f and g along a direction at fixed v̇ and λ; ε₁ represents this direction.
     pub fn add_acceleration_change(&self, (at, along): (&NodeView<f64>, &NodeView<f64>), changes: &mut Pair) {
         let (fixed, motion) = (NodeView { sigma: &[], ..*along }, motion(at, (at.v_dot, at.lambda)));
         let read = |slot: Slot| {
             let [[value, change], [_, rate]] = [&fixed, &motion].map(|direction| self.moving(at, direction, slot));
-            // The rate of a coordinate is its velocity, which changes, too.
+            // The rate of a coordinate is its velocity, which also changes along the direction.
             hyper(value, change, rate, if let Slot::Q(i) = slot { along.v[self.q[i]] } else { 0.0 })
         };
         OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| match (of, hyper_parts(&x)) {
@@ -135,7 +135,7 @@ impl PlacedElement {
         };
         for (i, &coordinate) in self.q.iter().enumerate() {
             rows.q[coordinate] += slope(Seed::Of(Slot::Q(i)));
-            // The velocity is the rate of the coordinate, too.
+            // A velocity is also the rate of its coordinate.
             rows.v[coordinate] += slope(Seed::Rate(i));
         }
         self.pull_back_inputs_along(rows, &|slot| slope(Seed::Of(slot)));

@@ -1,4 +1,4 @@
-//! One element of a compiled scene, whatever its type: what it is connected to, and what is known of its formula.
+//! An element of a compiled scene, independent of its type: its connections and the properties of its formula.
 
 use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
@@ -17,31 +17,31 @@ use crate::model::Param;
 use crate::number::guarded;
 use crate::program::{Obstacle, Template};
 
-/// One element.
+/// An element of a compiled scene.
 #[derive(Clone, Debug)]
 pub struct Element {
     pub name: String,
-    /// Its batch, and its place there.
+    /// The batch of the element, and its index in the batch.
     pub place: (usize, usize),
     pub q: Vec<usize>,
     pub sigma: Vec<usize>,
     pub u: Vec<usize>,
     pub b: Vec<Param>,
     pub formula: Arc<Formula>,
-    /// The numbers in its formula that like elements need not share.
+    /// The numbers in the formula that may differ between elements of one formula.
     pub numbers: Vec<f64>,
 }
 
-/// What makes formulas differ: the kind of element, its shape, which constants are bound, and what was recorded.
+/// Key of a formula: the kind of element, its shape, which constants are bound, and the recorded template.
 type Key = (ElementKind, Shape, Vec<bool>, Template);
 
-/// The elements of a scene, as they are recorded; every formula is differentiated once.
+/// The elements of a scene while they are recorded; each formula is differentiated once.
 #[derive(Default)]
 pub struct Recordings {
     pub elements: Vec<Element>,
-    /// The batch that is being recorded.
+    /// The number of the batch that is being recorded.
     pub batch: usize,
-    /// Whether num-dual shall evaluate everything.
+    /// Whether num-dual evaluates all elements.
     without_programs: bool,
     known: HashMap<Key, Arc<Formula>>,
 }
@@ -65,7 +65,7 @@ impl Recordings {
         formula
     }
 
-    /// The formula that was recorded, and the numbers in it.
+    /// The compiled formula of a recording, and the numbers in it.
     pub fn formula(
         &mut self,
         kind: ElementKind,
@@ -86,7 +86,7 @@ impl Recordings {
     }
 }
 
-/// The formulas of a scene: its elements, and those that are evaluated at every point.
+/// The elements of a scene with their formulas, and the assembly of those that are evaluated at every point.
 #[derive(Clone, Debug)]
 pub struct Formulas {
     pub elements: Vec<Element>,
@@ -98,7 +98,7 @@ impl Element {
         self.formula.kind
     }
 
-    /// Whether another formula has derivatives in the same places.
+    /// Whether another formula has the same flags and the same structural nonzeros.
     pub fn has_places_of(&self, other: &Element) -> bool {
         let flags = |formula: &Formula| {
             let Formula { constant, piecewise, sinusoidal, timed, ref kernels, .. } = *formula;
@@ -108,30 +108,30 @@ impl Element {
         flags(own) == flags(other) && own.varying == other.varying && own.fixed == other.fixed
     }
 
-    /// Row and column of an entry in the scene's numbering; of equations, among the equations.
+    /// Row and column of an entry in the scene's numbering; rows of constraints are numbered among the equations.
     pub fn row_and_col(&self, entry: &BlockEntry) -> [usize; 2] {
         let row = if entry.block.has_equations() { self.sigma[entry.row] } else { self.q[entry.row] };
         [row, self.q[entry.col]]
     }
 
-    /// The unknowns (n velocities, then multipliers) of an entry's row and column.
+    /// The unknowns (n velocities, then multipliers) of the row and the column of an entry.
     pub fn unknowns(&self, entry: &BlockEntry, n: usize) -> [usize; 2] {
         let [row, col] = self.row_and_col(entry);
         [if entry.block.has_equations() { n + row } else { row }, col]
     }
 
-    /// Its constants and the numbers in its formula.
+    /// The values of the constants, followed by the numbers in the formula.
     pub fn parameters(&self, design: &[f64]) -> Vec<f64> {
         self.b.iter().map(|b| b.value(design)).chain(self.numbers.iter().copied()).collect()
     }
 
-    /// The same, then by which factor each constant is a multiple of a parameter.
+    /// [`parameters`](Self::parameters), followed by the factor of each constant (its ratio to the parameter it is bound to).
     pub fn with_factors(&self, design: &[f64]) -> Vec<f64> {
         let factors = self.b.iter().map(|b| b.bound().map_or(0.0, |(_, factor)| factor));
         self.parameters(design).into_iter().chain(factors).collect()
     }
 
-    /// Adds its constant second derivatives, and the coefficients of its sines.
+    /// Adds the constant second derivatives and the coefficients of the sinusoidal terms.
     pub fn add_constants(&self, parameters: &[f64], into: &mut Constants) {
         let Some(kernels) = &self.formula.kernels else { return };
         let none = |_| 0.0;
@@ -151,18 +151,18 @@ impl Element {
         }
     }
 
-    /// Reads a, α, β of a q + α sin q + β cos q off its slopes a + α cos q − β sin q at q = 0, π/2 and π.
+    /// Computes a, α, β of a q + α sin q + β cos q from its slopes a + α cos q − β sin q at q = 0, π/2 and π.
     fn add_waves(&self, parameters: &[f64], into: &mut Constants) {
         let Some(kernels) = &self.formula.kernels else { return };
         let slopes = [0.0, FRAC_PI_2, 2.0 * FRAC_PI_2].map(|angle| {
             let is_angle = |which| matches!(self.formula.shape.place(which), Place::Q(_));
             kernels.at_state(parameters, |which| if is_angle(which) { angle } else { 0.0 }).1
         });
-        // Of one coordinate each, these slopes are relative to no other.
+        // Each of these slopes depends on one coordinate, so none is relative to another.
         let varying = self.formula.varying.iter().map(|relative| &relative.entry);
         for (k, entry) in varying.enumerate().filter(|(_, entry)| entry.block == Block::PhiQ) {
             let [at_0, at_90, at_180] = slopes.each_ref().map(|slopes| slopes[k]);
-            // π is not exact in binary: what is left of a zero coefficient is rounding.
+            // π is not exact in binary, so a coefficient that should be zero is left with a rounding error.
             let rounding = 4.0 * f64::EPSILON * at_0.abs().max(at_90.abs()).max(at_180.abs());
             let clean = |x: f64| if x.abs() <= rounding { 0.0 } else { x };
             let linear = clean(0.5 * (at_0 + at_180));

@@ -1,4 +1,4 @@
-//! [`Alike`]: the elements of one formula, and [`ElementPrograms`]: a program for all of them, and where each of its results is added.
+//! [`Alike`]: the elements with a common formula. [`ElementPrograms`]: a program for all of them, and the destination of each result.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -9,16 +9,16 @@ use super::point::Layout;
 use crate::model::Param;
 use crate::program::{Kernel, Lanes};
 
-/// The elements of one formula.
+/// The elements with a common formula.
 pub(super) struct Alike<'a> {
     pub(super) formula: &'a Formula,
     pub(super) elements: Vec<&'a Element>,
-    /// Their numbers among all elements.
+    /// The numbers of the elements among all elements.
     pub(super) numbers: Vec<usize>,
 }
 
 impl<'a> Alike<'a> {
-    /// All elements by their formulas, in the order of the first of each.
+    /// Groups all elements by formula, in the order in which the formulas first occur.
     pub(super) fn all(elements: &'a [Element]) -> Vec<Self> {
         let mut all: Vec<Self> = Vec::new();
         let mut known: HashMap<*const Formula, usize> = HashMap::new();
@@ -33,34 +33,34 @@ impl<'a> Alike<'a> {
         all
     }
 
-    /// Which of the formula's constants are bound to design variables.
+    /// Whether each constant of the formula is bound to a design variable.
     pub(super) fn bound(&self) -> Vec<bool> {
         Param::which_are_bound(&self.elements[0].b)
     }
 
-    /// Where they stand, by batch and item.
+    /// The batch and the index in it, for each element.
     pub(super) fn places(&self) -> impl Iterator<Item = (usize, usize)> {
         self.elements.iter().map(|element| element.place)
     }
 
-    /// A program for them, side by side.
+    /// Prepares a program for these elements, evaluated side by side.
     pub(super) fn lanes(&self, layout: &Layout, kernel: Kernel) -> Lanes {
         let source = |e: usize, which: usize| layout.source(self.elements[e], self.formula.shape.place(which));
         Lanes::new(kernel, self.elements.len(), source)
     }
 }
 
-/// See the module; a result goes to a `T`.
+/// A program for the elements of one formula; each result is added to a destination of type `T`.
 pub(super) struct ElementPrograms<T> {
     numbers: Vec<usize>,
     lanes: Lanes,
     registers: Vec<f64>,
-    /// Result by result, and of each element by element.
+    /// The destinations, ordered by result and within a result by element.
     to: Vec<T>,
 }
 
 impl<T> ElementPrograms<T> {
-    /// For elements of one formula, if there are any results; `to` says where a result of an element goes, by what it is.
+    /// Creates the program unless it has no results; `to` returns the destination of a result of an element.
     pub(super) fn new<R: Copy>(
         layout: &Layout,
         alike: &Alike,
@@ -73,12 +73,12 @@ impl<T> ElementPrograms<T> {
         (!results.is_empty()).then_some(programs)
     }
 
-    /// Runs the preludes, with the parameters of every element.
+    /// Runs the preludes with the parameters of every element.
     pub(super) fn fix(&mut self, parameters: impl Fn(usize) -> Vec<f64>) {
         self.lanes.fix(|e| parameters(self.numbers[e]), &mut self.registers);
     }
 
-    /// Runs the program at a point, and adds every result.
+    /// Runs the program at a point and passes every result to `add`.
     pub(super) fn run(&mut self, point: &[f64], mut add: impl FnMut(&T, f64)) {
         let (count, to) = (self.numbers.len(), &self.to);
         self.lanes.run(point, &mut self.registers, |e, k, values| {

@@ -17,7 +17,7 @@ fn constant<R: Number, const N: usize, const D: usize>(x: &SVector<R, N>) -> SVe
     each(x, DualSVec::from_re)
 }
 
-/// x, each differentiated by itself.
+/// The vector x as second-order dual numbers, each component seeded with its own derivative.
 fn seeded<const N: usize>(x: &SVector<f64, N>) -> SVector<Dual2SVec64<N>, N> {
     vector(|i| Dual2SVec64::from_re(x[i]).derivative(i))
 }

@@ -1,13 +1,13 @@
-//! [`Formula`]: what a recorded formula says of its element, and the programs made of it; the same for all elements of one shape.
+//! [`Formula`]: the properties of a recorded formula and the programs compiled from it, shared by all elements with this formula.
 //!
-//! With T_x the derivative by x, and every sum over what is there:
+//! With T_x the derivative with respect to x, and with sums over all equations:
 //!
 //! ```text
 //!   kinetic    𝓛_v = T_v,     𝓛_q = T_q                  applied     Q
 //!   potential  𝓛_q = −V_q                                constraint  𝓛_v = Φ_qᵀσ,  𝓛_q = (dΦ/dt)_qᵀσ,  dΦ/dt = Φ_q v + Φ_t
 //! ```
 //!
-//! Gradients are taken from the results to the arguments (reverse mode), second derivatives of them from the arguments to the results.
+//! First derivatives are computed in reverse mode, second derivatives by differentiating these in forward mode.
 
 use super::block::{Block, BlockEntry};
 use super::derivatives::Derivatives;
@@ -17,7 +17,7 @@ use super::shape::Shape;
 use super::typed::Slot;
 use crate::program::{Expression, Function, Graph, Kernel, Node, Obstacle, Template};
 
-/// A component of 𝓛_v, of 𝓛_q + Q or of dΦ/dt, by the element's own number.
+/// A component of 𝓛_v, of 𝓛_q + Q or of dΦ/dt, numbered within the element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Component {
     Momentum(usize),
@@ -26,7 +26,7 @@ pub enum Component {
 }
 
 impl Component {
-    /// Where it is summed among 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt of a scene.
+    /// The index of the component in the sums 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt of a scene.
     #[inline]
     pub fn place(self, (q, sigma): (&[usize], &[usize]), n: usize) -> usize {
         match self {
@@ -37,20 +37,20 @@ impl Component {
     }
 }
 
-/// The graph of a formula that could be recorded, and the programs made of it.
+/// The programs compiled from a formula that has a graph.
 #[derive(Clone, Debug)]
 pub struct Kernels {
     pub template: Template,
-    /// At a state: first 𝓛_v, 𝓛_q + Q and dΦ/dt, of a constraint without its linear columns, then the entries that vary.
+    /// Evaluated at a state: first 𝓛_v, 𝓛_q + Q and dΦ/dt (for a constraint, without its linear columns), then the varying entries.
     pub state: Kernel,
-    /// Which component each result of the first stage is, and of which ones the first results are the negatives.
+    /// The component of each result of the first stage, and the components whose negatives the first results are.
     pub components: Vec<Component>,
     pub negatives: Vec<Component>,
-    /// The entries that are constant.
+    /// Constant entries.
     pub fixed: Kernel,
-    /// 𝓛_v and 𝓛_q + Q, and Q_u by rows, of an element that is constant.
+    /// 𝓛_v, 𝓛_q + Q, and Q_u by rows, for an element that is constant.
     pub at_zero: Kernel,
-    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to controls, constants and time, and with respect to which.
+    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to controls, constants and time, and the slot of each.
     pub inputs: Kernel,
     pub inputs_of: Vec<Slot>,
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate.
@@ -58,10 +58,10 @@ pub struct Kernels {
 }
 
 impl Kernels {
-    /// The stage of `state` after the first one.
+    /// The stage of `state` that computes the varying entries.
     pub const SECOND: usize = 1;
 
-    /// The components and the entries that vary; slow.
+    /// The components and the varying entries for one element; slow.
     pub fn at_state(&self, parameters: &[f64], input: impl Fn(usize) -> f64) -> (Vec<f64>, Vec<f64>) {
         let mut components = self.state.evaluate(parameters, input);
         let entries = components.split_off(self.components.len());
@@ -69,31 +69,31 @@ impl Kernels {
     }
 }
 
-/// What is known of a formula.
+/// Properties of a formula.
 #[derive(Clone, Debug)]
 pub struct Formula {
     pub kind: ElementKind,
     pub shape: Shape,
-    /// Why it has no graph, unless none was asked for.
+    /// The reason why the formula has no graph, unless programs were disabled.
     pub obstacle: Option<Obstacle>,
     /// All second derivatives are constant, and nothing depends on time or is piecewise.
     pub constant: bool,
-    /// First derivatives depend on signs or comparisons, of which second ones show nothing: those of |x| or max(x, y).
+    /// First derivatives depend on signs or comparisons that do not show in second derivatives, as for |x| or max(x, y).
     pub piecewise: bool,
-    /// A constraint that is a sum of q_i, sin q_i, cos q_i.
+    /// A constraint that is a sum of multiples of q_i, sin q_i and cos q_i.
     pub sinusoidal: bool,
     pub timed: bool,
-    /// An energy that may be undefined where its derivatives are not, as ln q for q < 0.
+    /// An energy that may be undefined at points where its derivatives are defined, such as ln q for q < 0.
     pub partly_defined: bool,
-    /// Second derivatives that vary along a motion, and those that do not.
+    /// Second derivatives that vary along a motion, and those that are constant.
     pub varying: Vec<RelativeEntry>,
     pub fixed: Vec<BlockEntry>,
-    /// None without a graph: then everything is taken to vary.
+    /// `None` if the formula has no graph; all derivatives are then assumed to vary.
     pub kernels: Option<Kernels>,
 }
 
 impl Formula {
-    /// Of a formula that has no graph: num-dual evaluates it at every point.
+    /// A formula without a graph, which num-dual evaluates at every point.
     pub fn unknown(kind: ElementKind, shape: Shape, obstacle: Option<Obstacle>) -> Self {
         Formula {
             kind,
@@ -110,7 +110,7 @@ impl Formula {
         }
     }
 
-    /// Differentiates a recorded formula; `bound` says which constants are design variables.
+    /// Differentiates a recorded formula; `bound` marks the constants that are design variables.
     pub fn new(kind: ElementKind, shape: Shape, template: Template, bound: &[bool]) -> Self {
         Formula::compile(kind, shape, template, bound)
             .unwrap_or_else(|| Formula::unknown(kind, shape, Some(Obstacle::IsTooLong)))
@@ -174,12 +174,12 @@ impl Formula {
         })
     }
 
-    /// Whether its derivatives vary within a step, other than as sines of angles, whose turns are looked at themselves.
+    /// Whether derivatives may vary within a step other than as sines of angles; the change of these angles is checked separately.
     pub fn may_bend(&self) -> bool {
         self.timed || !self.constant && !self.sinusoidal
     }
 
-    /// Whether it is evaluated at every iteration.
+    /// Whether the formula is evaluated at every iteration.
     pub fn is_varying(&self) -> bool {
         !self.constant && !self.sinusoidal
     }
@@ -189,9 +189,9 @@ fn is_energy(kind: ElementKind) -> bool {
     matches!(kind, ElementKind::Kinetic | ElementKind::Potential)
 }
 
-/// True if every node is a sum of fixed numbers and of fixed multiples of inputs and of sines and cosines of ±x + fixed, x being one input.
+/// True if every node is a sum of fixed numbers and of fixed multiples of inputs and of sines and cosines of ±x + fixed, where x is one input.
 fn are_sinusoidal(graph: &Graph, nodes: &[Node]) -> bool {
-    // For every node: is it such a sum, and is it ±x + fixed. Arguments come first, so that no recursion grows with the length of a sum.
+    // Two flags per node: it is such a sum; it is ±x + fixed. Arguments precede their users, so no recursion is needed for long sums.
     let mut known = vec![[false; 2]; graph.len()];
     for node in graph.reachable(nodes.iter().copied()) {
         let (is_fixed, of) = (|x: Node| graph.is_fixed(x), |x: Node| known[x.index()]);

@@ -1,18 +1,18 @@
-//! Which unknowns are eliminated together, and what has to wait for what.
+//! Groups of unknowns that are eliminated together, and the order that these groups must respect.
 //!
-//! A body goes together with the multipliers of the joints that carry it: the block [M Φ_qᵀ; Φ_q 0] of a body and the constraints it
-//! *owns* is regular when their rows of Φ_q, restricted to the body's coordinates, have full rank. Bodies are numbered from
-//! the ground outwards, which makes them a tree, and a body may own only what joins it to its parent (the ground, for a root). Then the
-//! owned rows of any set of bodies are block triangular with full-rank blocks on the diagonal, and every order of elimination works. A
-//! constraint that nobody can own closes a loop: it waits until all bodies of its loop, up to where the two branches
-//! of the tree meet, have been eliminated, and that body too if the constraint touches it: its rows need not be regular without.
+//! A body is grouped with the multipliers of the joints that carry it: the block [M Φ_qᵀ; Φ_q 0] of a body and the constraints it
+//! *owns* is regular if their rows of Φ_q, restricted to the body's coordinates, have full rank. Bodies are numbered from
+//! the ground outwards, which makes them a tree, and a body may own only constraints that join it to its parent (the ground, for a root). Then the
+//! owned rows of any set of bodies are block triangular with full-rank blocks on the diagonal, and every order of elimination is possible. A
+//! constraint that no body can own closes a loop. It waits until all bodies of its loop, up to the body at which the two branches
+//! of the tree meet, have been eliminated; it also waits for that body if the constraint touches it, because its rows may be singular otherwise.
 //!
-//! Rows that are as many as the body's coordinates lose their rank somewhere along a motion if their determinant varies (x = l sin φ at φ = π/2, for
-//! a body that has φ alone): nobody owns them.
+//! If a body has as many rows as coordinates and their determinant varies, they lose rank at some point of a motion (x = l sin φ at φ = π/2, for
+//! a body that has φ alone); such rows are not owned.
 //!
 //! An internal constraint, such as the length of a rod given by its two ends, counts as a joint to the ground. Then every body is a root that owns
 //! its internal constraints, and every joint waits for its two bodies only: the multipliers of a chain's joints form a chain of small nodes,
-//! which takes a third of the work of nodes that hold a body and its joint (40 rods: 17,426 multiplications against 53,851).
+//! which requires a third of the work of nodes that contain a body and its joint (40 rods: 17,426 multiplications against 53,851).
 
 use nalgebra::DMatrix;
 use std::collections::{BTreeSet, VecDeque};
@@ -28,7 +28,7 @@ use super::view::NodeView;
 use crate::linear::{Branch, Group, equilibrate};
 use crate::number::guarded;
 
-/// A constraint: its equations and the blocks of coordinates it touches.
+/// A constraint: its equations and the blocks of coordinates that it touches.
 struct Joint {
     equations: Vec<usize>,
     blocks: Vec<usize>,
@@ -38,13 +38,13 @@ struct Joint {
 struct Tree {
     rank: Vec<usize>,
     parent: Vec<Option<usize>>,
-    /// The number of bodies from here to the root, this one included.
+    /// The number of bodies from this one to the root, both included.
     depth: Vec<usize>,
-    /// An ancestor far away, by which any other is reached in a number of leaps that grows like the logarithm of the depth.
+    /// A distant ancestor. Any ancestor is reached in a number of leaps that grows like the logarithm of the depth.
     leap: Vec<Option<usize>>,
 }
 
-/// What is eliminated together, and the equations that close loops.
+/// The groups of unknowns, and the equations that close loops.
 pub(super) struct Groups {
     pub(super) groups: Vec<Group>,
     pub(super) loop_equations: Vec<usize>,
@@ -63,7 +63,7 @@ pub(super) fn groups(
     let phi_q = [*at, NodeView { q: &moved, ..*at }].map(|at| jacobian(batches, m, &at));
     let body = |(range, &parent): (&Range<usize>, _)| Group { unknowns: range.clone().collect(), parent, after: Vec::new() };
     let mut groups: Vec<Group> = blocks.iter().zip(&tree.parent).map(body).collect();
-    // A body without inertia of its own has that of the bodies it carries.
+    // A body without inertia of its own is assigned that of the bodies it carries.
     for (child, parent) in tree.parent.iter().enumerate() {
         let parent = parent.filter(|&parent| inertia[blocks[parent].clone()].contains(&0.0));
         parent.into_iter().for_each(|parent| groups[parent].after.push(Branch { from: child, length: 1 }));
@@ -91,7 +91,7 @@ fn joints(elements: &[Element], block_of: &[usize]) -> Vec<Joint> {
     let constraints = elements.iter().filter(|element| element.kind() == ElementKind::Holonomic);
     let mut joints: Vec<Joint> = constraints
         .map(|constraint| {
-            // What Φ never changes with has nothing to do with it.
+            // Coordinates on which Φ does not depend are not touched by the constraint.
             let varying = constraint.formula.varying.iter().flat_map(RelativeEntry::parts);
             let slopes = constraint.formula.fixed.iter().copied().chain(varying);
             let touched = slopes.filter(|entry| entry.block == Block::PhiQ).map(|entry| constraint.q[entry.col]);
@@ -104,7 +104,7 @@ fn joints(elements: &[Element], block_of: &[usize]) -> Vec<Joint> {
 }
 
 impl Tree {
-    /// Breadth first from all that is jointed to the ground at once; a free component starts at its first body.
+    /// Breadth-first search from all bodies that are joined to the ground; a free component starts at its first body.
     fn new(count: usize, joints: &[Joint]) -> Self {
         let mut neighbours = vec![Vec::new(); count];
         for joint in joints {
@@ -139,7 +139,7 @@ impl Tree {
         let Some(parent) = parent else { return };
         self.parent[body] = Some(parent);
         self.depth[body] = self.depth[parent] + 1;
-        // Two leaps of one length become a leap over both.
+        // Two leaps of equal length are combined into one.
         let depth = |body: Option<usize>| body.map_or(0, |body| self.depth[body]);
         let first = self.leap[parent];
         let second = first.and_then(|body| self.leap[body]);
@@ -147,14 +147,14 @@ impl Tree {
         self.leap[body] = if alike { second } else { Some(parent) };
     }
 
-    /// The body that these blocks' constraint joins to its parent, if that is what it does.
+    /// The body that a constraint on these blocks joins to its parent, if it does so.
     fn carried_by(&self, blocks: &[usize]) -> Option<usize> {
         let body = blocks.iter().copied().max_by_key(|&b| self.rank[b])?;
         let others = blocks.iter().copied().filter(|&b| b != body);
         others.eq(self.parent[body]).then_some(body)
     }
 
-    /// The bodies between those a constraint touches and where their branches meet, the meeting point left out unless it is touched.
+    /// The bodies between those that a constraint touches and the meeting point of their branches, which is included only if touched.
     fn loop_of(&self, blocks: &[usize]) -> Vec<Branch> {
         let meeting = match blocks {
             [first, others @ ..] if !others.is_empty() => {
@@ -167,14 +167,14 @@ impl Tree {
         branches.filter(|branch| branch.length > 0).collect()
     }
 
-    /// Where the branches of two bodies meet, if they do not end in the ground before.
+    /// The body at which the branches of two bodies meet, if they meet before the ground.
     fn meeting(&self, a: usize, b: usize) -> Option<usize> {
         let (mut a, mut b) = if self.depth[a] < self.depth[b] { (b, a) } else { (a, b) };
         while self.depth[a] > self.depth[b] {
             let far = self.leap[a].filter(|&far| self.depth[far] >= self.depth[b]);
             a = far.or(self.parent[a])?;
         }
-        // At equal depths leaps are equally long.
+        // At equal depths, leaps have equal length.
         while a != b {
             let up = if self.leap[a] == self.leap[b] { &self.parent } else { &self.leap };
             (a, b) = (up[a]?, up[b]?);
@@ -183,7 +183,7 @@ impl Tree {
     }
 }
 
-/// Whether a body's block stays regular when these equations join those it owns, with Φ_q at a place and at another one.
+/// Whether a body's block stays regular when these equations are added to those it owns, for Φ_q at two positions.
 fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<Vec<Entry>>; 2]) -> bool {
     let rows: Vec<usize> = owned.iter().chain(more).copied().collect();
     if rows.len() > block.len() {
@@ -195,19 +195,19 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<V
     }
     if rows.len() == block.len() {
         let [here, there] = [&matrix, &elsewhere].map(|matrix| matrix.determinant());
-        // False for a NaN.
+        // False for NaN.
         let is_constant = (here - there).abs() <= 1e-6 * here.abs();
         if !is_constant {
             return false;
         }
     }
     equilibrate(&mut matrix);
-    // Not by singular values: their iteration need not end.
+    // Singular values are not used because their iteration may not terminate.
     let pivots = matrix.full_piv_lu().u();
     (0..rows.len()).all(|r| pivots[(r, r)].abs() > 1e-6)
 }
 
-/// Some rows of Φ_q, on the coordinates of a block.
+/// Rows of Φ_q restricted to the coordinates of a block.
 fn restricted(phi_q: &[Vec<Entry>], rows: &[usize], block: &Range<usize>) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(rows.len(), block.len());
     for (r, &row) in rows.iter().enumerate() {
@@ -222,7 +222,7 @@ fn restricted(phi_q: &[Vec<Entry>], rows: &[usize], block: &Range<usize>) -> DMa
 fn jacobian(batches: &[Batch], m: usize, at: &NodeView<f64>) -> Vec<Vec<Entry>> {
     let mut entries = Vec::new();
     for batch in batches {
-        // Rows that are missing belong to nobody.
+        // Missing rows are not owned by any body.
         guarded(|| batch.items.iter().for_each(|item| item.phi_q(at, &mut entries)));
     }
     let mut rows = vec![Vec::new(); m];

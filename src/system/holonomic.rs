@@ -1,7 +1,7 @@
-//! Holonomic constraints: from Φ(q, t) alone to σᵀ dΦ/dt and all its derivatives.
+//! Holonomic constraints: σᵀ dΦ/dt and all its derivatives, from Φ(q, t) alone.
 //!
-//! Seed q with v and t with 1 in a dual number, q + ε v, t + ε: then Φ's ε-part is dΦ/dt = Φ_q v + Φ_t. Make these numbers the
-//! inner numbers of a second-order dual in q, and one evaluation of Φ gives
+//! Seed q with v and t with 1 in a dual number, q + ε v, t + ε. The ε-part of Φ is then dΦ/dt = Φ_q v + Φ_t. With these numbers as the
+//! inner numbers of a second-order dual in q, one evaluation of Φ yields
 //!
 //! ```text
 //!   real part:  Φ, Φ_q, Φ_qq          ε-part:  dΦ/dt, (dΦ/dt)_q, (dΦ/dt)_qq
@@ -14,12 +14,12 @@ use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
 use super::typed::{each, vector};
 use crate::{Constraint, Scalar};
 
-/// q + ε v, each differentiated by itself: compiled for each size, not for each element.
+/// q + ε v, each component seeded with its own derivative. Compiled once per size rather than once per element.
 fn moving<R: Number, const N: usize>(q: &SVector<R, N>, v: &SVector<R, N>) -> SVector<Dual<DualSVec<R, N>>, N> {
     vector(|i| Dual::new(DualSVec::from_re(q[i]).derivative(i), DualSVec::from_re(v[i])))
 }
 
-/// The same with second derivatives.
+/// As [`moving`], with second derivatives.
 fn seeded<const N: usize>(q: &SVector<f64, N>, v: &SVector<f64, N>) -> SVector<Dual2SVec<Dual64, N>, N> {
     vector(|i| Dual2SVec::from_re(Dual64::new(q[i], v[i])).derivative(i))
 }
@@ -96,7 +96,7 @@ where
 mod tests {
     use super::*;
 
-    /// Φ = (x sin y, y² + t x): every derivative by hand.
+    /// Φ = (x sin y, y² + t x), with all derivatives by hand.
     struct Sample;
     impl Constraint<2, 2> for Sample {
         fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, t: S) -> SVector<S, 2> {

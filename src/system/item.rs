@@ -1,4 +1,4 @@
-//! One element in a scene: its formula on any numbers, and what it is connected to.
+//! An element of a scene: its formula, generic over the number type, and its connections.
 
 use std::sync::Arc;
 
@@ -16,23 +16,23 @@ use crate::model::Param;
 use crate::number::{Fingerprint, Hyper, Slope, hyper, hyper_parts, slope};
 use crate::program::{Obstacle, Symbol, Template, record, record_branch};
 
-/// One element: its formula, and which coordinates, multipliers, controls and parameters it is connected to.
+/// An element: its formula, and the coordinates, multipliers, controls and parameters it is connected to.
 #[derive(Clone)]
 pub struct PlacedElement {
     pub name: String,
     pub formula: Arc<dyn AnyElement>,
     pub q: Vec<usize>,
-    /// Its constraint equations.
+    /// The numbers of its constraint equations.
     pub sigma: Vec<usize>,
     pub u: Vec<usize>,
     pub b: Vec<Param>,
-    /// Whether it depends on time, as long as nothing else is known, and whether its formula has a graph.
+    /// Whether the element depends on time (assumed until its formula is recorded), and whether its formula has a graph.
     pub timed: bool,
     pub is_recorded: bool,
 }
 
 impl PlacedElement {
-    /// The arguments of its formula at a node.
+    /// Reads an argument of the formula at a node.
     pub(super) fn read<R: Scalar>(&self, at: &NodeView<R>, slot: Slot) -> R {
         match slot {
             Slot::Q(i) => at.q[self.q[i]],
@@ -44,17 +44,17 @@ impl PlacedElement {
         }
     }
 
-    /// Adds its 𝓛_v, 𝓛_q + Q and dΦ/dt.
+    /// Adds the element's 𝓛_v, 𝓛_q + Q and dΦ/dt.
     pub fn add<R: Number>(&self, formula: &(impl OnNumbers<R> + ?Sized), at: &NodeView<R>, sums: &mut Sums<R>) {
         formula.first(&|slot| self.read(at, slot), &mut |of, x| *self.place(of, sums) += x);
     }
 
-    /// Writes Φ.
+    /// Writes Φ of the element.
     pub fn write_phi<R: Number>(&self, formula: &(impl OnNumbers<R> + ?Sized), at: &NodeView<R>, phi: &mut [R]) {
         formula.phi(&|slot| self.read(at, slot), &mut |j, x| phi[self.sigma[j]] = x);
     }
 
-    /// Where a component of its contributions is summed.
+    /// The sum to which a component of the element is added.
     pub(super) fn place<'a, R: Number>(&self, of: Component, sums: &'a mut Sums<R>) -> &'a mut R {
         &mut sums.all[of.place((&self.q, &self.sigma), sums.n)]
     }
@@ -68,39 +68,39 @@ impl PlacedElement {
         }
     }
 
-    /// T or V.
+    /// The energy T or V.
     pub fn energy(&self, at: &NodeView<f64>) -> f64 {
         let mut sum = 0.0;
         Values::<f64>::values(&*self.formula, &|slot| self.read(at, slot), &mut |value| sum += value);
         sum
     }
 
-    /// What is known of it when its formula was recorded.
+    /// Creates the compiled element for a recorded formula.
     pub fn element(&self, place: (usize, usize), formula: Arc<Formula>, numbers: Vec<f64>) -> Element {
         let (q, sigma, u, b) = (self.q.clone(), self.sigma.clone(), self.u.clone(), self.b.clone());
         Element { name: self.name.clone(), place, q, sigma, u, b, formula, numbers }
     }
 
-    /// Its formula, and the numbers in it that like elements need not share.
+    /// Records the formula; also returns the numbers in it that elements of one formula need not share.
     pub fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
         let (graph, results) = record(|put| self.put_symbols(&|slot| self.read(at, slot), put))?;
         Ok(Template::new(&graph, &results, self.formula.shape().p))
     }
 
-    /// The same of the branch that it takes at a state; nothing if it panics.
+    /// As [`record`](Self::record), for the branch that the formula takes at a state; `None` if it panics.
     pub fn record_branch(&self, at: &NodeView<f64>) -> Option<(Template, Vec<f64>)> {
         let (graph, results) = record_branch(|put| self.put_symbols(&|slot| self.read(at, slot), put))?;
         Some(Template::new(&graph, &results, self.formula.shape().p))
     }
 
-    /// The formula on symbols with these values.
+    /// Evaluates the formula on symbols with these values.
     pub(super) fn put_symbols(&self, value: Read<f64>, put: &mut dyn FnMut(Symbol)) {
         let shape = self.formula.shape();
         let symbol = |slot: Slot| {
             let value = value(slot);
             match slot {
                 Slot::Sigma(_) => Symbol::from(value),
-                // A constant that is 0 or ±1 for ever simplifies the formula; that of a design variable may have any value in the next run.
+                // A constant that is fixed at 0 or ±1 simplifies the formula. The constant of a design variable may have any value in the next run.
                 Slot::B(p) => match self.b[p].constant() {
                     Some(value) if value == 0.0 || value.abs() == 1.0 => Symbol::from(value),
                     _ => Symbol::parameter(p, value),
@@ -111,7 +111,7 @@ impl PlacedElement {
         Values::<Symbol>::values(&*self.formula, &symbol, put);
     }
 
-    /// All arguments that the formula depends on, as far as is known.
+    /// All arguments on which the formula depends, as far as can be determined.
     pub fn arguments(&self, at: &NodeView<f64>) -> Vec<Argument> {
         self.slots(at).into_iter().map(|(_, argument)| argument).collect()
     }
@@ -130,14 +130,14 @@ impl PlacedElement {
         (0..shape.sigma()).filter(|&which| depends[which]).map(argument).chain(design).collect()
     }
 
-    /// The arguments to blame where something of the formula has no number; nothing if it has.
+    /// The arguments that cause a value not to be finite, or `None` if all values are finite.
     fn to_blame(&self, at: &NodeView<f64>, has_number: impl Fn(Read<f64>) -> bool) -> Option<Vec<Argument>> {
         let read = |slot: Slot| self.read(at, slot);
         let with = |slot: Slot, x: f64| has_number(&|other| if other == slot { x } else { read(other) });
         (!has_number(&read)).then(|| to_blame(self.slots(at), with))
     }
 
-    /// Those where Φ has none.
+    /// The arguments that cause Φ not to be finite.
     pub fn find_undefined_phi(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         self.to_blame(at, |read| {
             let mut is_fine = true;
@@ -146,7 +146,7 @@ impl PlacedElement {
         })
     }
 
-    /// Joins what identifies the formula, if anything was concluded from it.
+    /// Adds the formula to a fingerprint if it was recorded.
     pub fn fingerprint(&self, sum: &mut Fingerprint) {
         if !self.is_recorded {
             return;
@@ -156,7 +156,7 @@ impl PlacedElement {
         Values::<Fingerprint>::values(&*self.formula, &input, &mut |value| sum.join(value));
     }
 
-    /// The arguments to blame where it has no number, or else those by which its derivatives are not finite, if any are not.
+    /// The arguments that cause a value not to be finite, otherwise those whose derivatives are not finite, if any.
     pub fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         let undefined = self.to_blame(at, |read| {
             let mut is_fine = true;
@@ -173,7 +173,7 @@ impl PlacedElement {
         let infinite = blocks.iter().enumerate().filter(|(_, entry)| !entry.is_finite());
         let mut arguments: Vec<Argument> = infinite
             .map(|(which, _)| {
-                // Every block has a column for each coordinate; of energies and forces the first is that of the velocities.
+                // Every block has one column per coordinate; the first block of energies and forces belongs to the velocities.
                 let by_v = matches!(kind, ElementKind::Kinetic | ElementKind::Applied) && which < shape.n * shape.n;
                 let i = self.q[which % shape.n];
                 if by_v { Argument::Velocity(i) } else { Argument::Coordinate(i) }
@@ -182,13 +182,13 @@ impl PlacedElement {
         if arguments.is_empty() {
             return None;
         }
-        // A column of what the formula does not depend on is 0 · NaN.
+        // Columns of arguments on which the formula does not depend may be 0 · NaN.
         let known = self.arguments(at);
         arguments.retain(|argument| known.contains(argument));
         Some(distinct(if arguments.is_empty() { known } else { arguments }))
     }
 
-    /// Value and derivatives, by dual numbers.
+    /// Evaluates the contributions and their derivatives by dual numbers.
     pub fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
         self.formula.blocks(&|slot| self.read(at, slot), &mut |of, x| *self.place(of, sums) += x, blocks);
     }
@@ -196,7 +196,7 @@ impl PlacedElement {
 
 /// Derivatives with respect to one argument.
 impl PlacedElement {
-    /// An argument with its derivative by `seed`.
+    /// An argument, with derivative 1 if it is `seed`.
     fn seeded(&self, at: &NodeView<f64>, seed: Slot, slot: Slot) -> Slope {
         let x = Slope::from_re(self.read(at, slot));
         if slot == seed { x.derivative(0) } else { x }
@@ -215,7 +215,7 @@ impl PlacedElement {
         sum
     }
 
-    /// That sum and its rate, for rates of all arguments but constants.
+    /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, for given rates of all arguments except constants.
     pub fn along(&self, at: &NodeView<f64>, rates: &NodeView<f64>, with: &Covector) -> [f64; 2] {
         let read = |slot: Slot| {
             let rate = if let Slot::B(_) = slot { 0.0 } else { self.read(rates, slot) };
@@ -243,7 +243,7 @@ impl PlacedElement {
         of_control.or_else(|| (self.timed && is_bad(Slot::T)).then_some(Argument::Time)).or_else(of_design)
     }
 
-    /// Adds its derivatives with respect to u, design variables and time.
+    /// Adds the derivatives with respect to u, design variables and time.
     pub fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
         *rows.evaluations += self.u.len() + 1;
         for (k, &channel) in self.u.iter().enumerate() {
@@ -258,7 +258,7 @@ impl PlacedElement {
         }
     }
 
-    /// Whether a design variable is among what its constraints read.
+    /// Whether the element's constraints depend on a design variable.
     pub fn is_set_by_design(&self) -> bool {
         !self.sigma.is_empty() && self.b.iter().any(|b| b.bound().is_some())
     }
@@ -290,7 +290,7 @@ impl PlacedElement {
         OnNumbers::<Slope>::phi(&*self.formula, &read, &mut |j, x| put(j, slope(&x)));
     }
 
-    /// Appends its Φ_q, in the scene's numbering, column by column.
+    /// Appends Φ_q of the element, in the scene's numbering, column by column.
     pub fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>) {
         for (i, &col) in self.q.iter().enumerate().filter(|_| !self.sigma.is_empty()) {
             let mut put = |j: usize, value: f64| entries.push(Entry { row: self.sigma[j], col, value });

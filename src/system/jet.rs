@@ -1,11 +1,11 @@
-//! Elements seen through automatic differentiation: what each kind contributes to the equations of a step.
+//! Elements as seen by automatic differentiation: the contributions of each kind to the equations of a step.
 
 use nalgebra::SVector;
 use num_dual::DualNum;
 
 use crate::Scalar;
 
-/// A number that formulas and their derivatives are evaluated with.
+/// A number type on which formulas and their derivatives are evaluated.
 pub trait Number: DualNum<Primitive = f64> + Copy {}
 
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
@@ -20,7 +20,7 @@ pub struct Local<R, const N: usize, const M: usize, const K: usize> {
     pub t: R,
 }
 
-/// What one element adds to 𝓛_v, to 𝓛_q + Q and to dΦ/dt.
+/// The contributions of one element to 𝓛_v, to 𝓛_q + Q and to dΦ/dt.
 #[derive(Clone, Copy)]
 pub struct FirstDerivatives<R, const N: usize, const M: usize> {
     pub l_v: SVector<R, N>,
@@ -34,7 +34,7 @@ impl<R: Number, const N: usize, const M: usize> FirstDerivatives<R, N, M> {
     }
 }
 
-/// Which second derivatives a kind of element has, besides qq (𝓛_qq + Q_q).
+/// A kind of element, with the second derivatives it has in addition to qq (𝓛_qq + Q_q).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ElementKind {
     /// Kinetic energy: 𝓛_vv, 𝓛_vq = 𝓛_qvᵀ, 𝓛_qq.
@@ -48,7 +48,7 @@ pub enum ElementKind {
 }
 
 impl ElementKind {
-    /// How many a × a blocks it has.
+    /// The number of its a × a blocks.
     pub const fn squares(self) -> usize {
         match self {
             ElementKind::Kinetic => 3,
@@ -65,22 +65,22 @@ impl ElementKind {
 
 /// One kind of element: N coordinates, M constraint equations, K controls, P physical constants.
 ///
-/// `first` is the plain formula, generic in the number the simulation runs on. `blocks` gives the same together with
+/// `first` is the plain formula, generic over the number type of the simulation. `blocks` computes the same values together with
 /// all second derivatives, in real numbers.
 pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: Send + Sync + 'static {
     const KIND: ElementKind;
 
     fn first<R: Number>(&self, at: &Local<R, N, M, K>, b: &SVector<R, P>) -> FirstDerivatives<R, N, M>;
 
-    /// Φ itself.
+    /// Φ, for constraints.
     fn phi<R: Number>(&self, _q: &SVector<R, N>, _b: &SVector<R, P>, _t: R) -> SVector<R, M> {
         SVector::zeros()
     }
 
-    /// The formula itself: T, V, Q or Φ.
+    /// The formula: T, V, Q or Φ.
     fn values<S: Scalar>(&self, at: &Local<S, N, M, K>, b: &SVector<S, P>, put: &mut dyn FnMut(S));
 
-    /// Adds the first derivatives to `first` and writes the second ones to `blocks`.
+    /// Adds the first derivatives to `first` and writes the second derivatives to `blocks`.
     ///
     /// Order: vv, vq, qq (kinetic); qq (potential); Q_v, Q_q (applied); σᵀΦ_qq, σᵀ(dΦ/dt)_qq, Φ_q, (dΦ/dt)_q (holonomic), each by rows.
     fn blocks(

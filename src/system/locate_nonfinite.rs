@@ -1,4 +1,4 @@
-//! Which formula is no number, and for which of its arguments.
+//! Identification of the formula that is not finite, and of the arguments that cause it.
 
 use super::argument::Argument;
 use super::cost::CostRows;
@@ -11,17 +11,17 @@ use crate::Error;
 use crate::error::quoted;
 use num_dual::Dual64;
 
-/// The element at fault, and the arguments by which its derivatives are no numbers.
+/// The element whose formula is not finite, and the arguments that cause it.
 pub struct Suspect<'a> {
     pub element: &'a str,
     pub arguments: Vec<Argument>,
 }
 
-/// More arguments than these are not listed.
+/// The largest number of arguments that are listed.
 const MOST: usize = 4;
 
 impl<'a> Suspect<'a> {
-    /// The first of some formulas, by name, whose derivatives are not finite; `rows` is overwritten.
+    /// The first of several named formulas whose derivatives are not finite; `rows` is overwritten.
     pub(super) fn first<T>(
         formulas: impl IntoIterator<Item = (&'a str, T)>,
         rows: &mut CostRows,
@@ -36,14 +36,14 @@ impl<'a> Suspect<'a> {
     }
 }
 
-/// A number to six digits.
+/// Formats a number with six significant digits.
 fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.5e}").parse().unwrap_or(value);
     format!("{rounded:?}")
 }
 
 impl System {
-    /// The error that says so; a value that `at` does not have is left out.
+    /// The error for a suspect; values that `at` does not contain are omitted.
     fn blame(&self, Suspect { element, arguments }: Suspect, at: &NodeView<f64>, node: usize) -> Error {
         Error::Model { element: quoted(element), arguments: self.list(&arguments, at), node, time: at.t }
     }
@@ -89,14 +89,14 @@ impl System {
         Some(self.blame(self.costs.find_not_finite(at, weights, rows)?, at, node))
     }
 
-    /// The same; where no cost is one, the element or the input to blame.
+    /// The first cost that is not finite; if there is none, the element or input that causes it. `rows` is overwritten.
     pub(crate) fn bad_cost(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows, node: usize) -> Error {
         self.find_bad_cost(at, weights, rows, node).unwrap_or_else(|| self.bad_part_of_cost(at, node))
     }
 
-    /// Where no cost by itself is to blame, the element or the input that is.
+    /// The element or input that causes a cost not to be finite, if the cost alone does not.
     pub(crate) fn bad_part_of_cost(&self, at: &NodeView<f64>, node: usize) -> Error {
-        // Accelerations have the derivatives of forces.
+        // Accelerations depend on the derivatives of forces.
         let of_element = self.find_not_finite(at, node).or_else(|| self.find_bad_input(at, node));
         of_element.unwrap_or_else(|| self.blame(Suspect { element: "the cost", arguments: Vec::new() }, at, node))
     }
@@ -137,7 +137,7 @@ impl System {
         self.blame_element(of, &at.without_momenta(), node)
     }
 
-    /// The first energy that is not finite at a node where its derivatives are, as those of ln q for q < 0, as an error.
+    /// The first energy that is not finite at a node although its derivatives are (ln q for q < 0), as an error.
     pub(crate) fn find_undefined_energy(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
         let mut items = self.partly_defined.iter().map(|&place| self.item(place));
         let undefined = items.find(|item| !item.energy(at).is_finite())?;
@@ -150,16 +150,16 @@ impl System {
         self.blame_element(|item| item.find_not_finite(at), &at.without_momenta(), node)
     }
 
-    /// A constraint equation that has no number at node 0.
+    /// The error for a constraint equation that is not finite at node 0.
     pub(crate) fn constraint_not_finite(&self, at: &NodeView<f64>, equation: usize) -> Error {
-        // By the equation, since a constraint may have several.
+        // Found by its equation, since a constraint may have several.
         let item = self.placed().find(|item| item.sigma.contains(&equation));
         let arguments = item.and_then(|item| item.find_undefined_phi(at).or_else(|| item.find_not_finite(at)));
         let arguments = self.list(&arguments.unwrap_or_default(), at);
         Error::Model { element: self.equation_name(equation).into(), arguments, node: 0, time: at.t }
     }
 
-    /// The first element that has arguments at fault, as an error.
+    /// The first element for which `find` returns arguments, as an error.
     fn blame_element(
         &self,
         find: impl Fn(&PlacedElement) -> Option<Vec<Argument>>,

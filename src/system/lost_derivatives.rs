@@ -1,9 +1,9 @@
-//! Derivatives that a formula loses: it takes the value of an argument by `re()`, as to look it up in a table, and computes with a plain number. Its values
-//! change with the argument then, its derivatives do not.
+//! Detection of derivatives that a formula loses by reading the value of an argument with `re()`, for example to look it up in a table, and computing
+//! with a plain number. The value of the formula then changes with the argument, but its derivative does not.
 //!
-//! Recorded at values r of its arguments, a formula is a graph F(x; r). A formula that only branches on values has one graph for all r nearby. Of any other,
-//! F(x; r) is compared at several r beside x: what changes as r − x has lost a first derivative, and what changes as its square has lost a second one, as a root does
-//! that is found by values and corrected by one step of Newton's method. What does not change but for rounding, as √(x² + y²) by ratios to the larger of the two, has lost nothing.
+//! Recorded at values r of its arguments, a formula is a graph F(x; r), the same for all r nearby if the formula only branches on values. Otherwise,
+//! F(x; r) is compared at several r near x. A change as r − x indicates a lost first derivative, a change as its square a lost second derivative
+//! (a root found from values and corrected by one Newton step). If only rounding changes, as for √(x² + y²) by ratios to the larger, nothing is lost.
 
 use super::argument::Argument;
 use super::cost_formula::Partial;
@@ -18,23 +18,23 @@ use crate::number::{Hyper, hyper, hyper_parts};
 use crate::program::{Graph, Node, Obstacle, record_branch};
 use crate::{System, Warning};
 
-/// Graphs are compared after moving the arguments by this part of them and by twice as much: finer steps than these, as of numbers with few digits, are slopes.
+/// Relative displacement of the arguments for which graphs are compared, also twice this; finer steps (numbers with few digits) count as slopes.
 const NEAR: f64 = 5e-7;
-/// Values are compared after moving the arguments by at most one of these parts of them, for first and for second derivatives: the smallest for functions that
+/// Largest relative displacements of the arguments for comparing values, for first and for second derivatives: the smallest for functions that
 /// change within a small part of an argument, the largest for values that are rounded coarsely.
 const FAR: [&[f64]; 2] = [&[1e-6, 1e-3], &[1e-4]];
-/// The number of distances at which they are compared, each a part of the one before.
+/// The number of displacements that are compared, each `PART` times the one before.
 const DISTANCES: i32 = 4;
 const PART: f64 = 0.125;
-/// Changes that differ from the expected ratio by more than this part of them are something else: rounding, or a branch.
+/// Largest relative deviation from the expected ratio of changes; a larger one indicates rounding or a branch.
 const RATIO: f64 = 0.03;
-/// A loss of less than this share of a derivative is the error of an iteration or of a slope that was given.
+/// Smallest relative loss of a derivative that is reported; a smaller one may be the error of an iteration or of a given slope.
 const SHARE: f64 = 1e-5;
 
-/// What was recorded at some values: a graph, and the nodes of the results.
+/// A recording at given values: a graph, and the nodes of the results.
 type Branch = (Graph, Vec<Node>);
 
-/// Which derivatives are lost.
+/// The order of a lost derivative.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Order {
     First = 1,
@@ -43,9 +43,9 @@ pub(crate) enum Order {
 
 /// A formula that reads values, at a point.
 struct Reader<'a> {
-    /// The kind of element, and its number of coordinates; none of a cost.
+    /// The kind of element and its number of coordinates; `None` for a cost.
     kind: Option<(ElementKind, usize)>,
-    /// Arguments, then constants, and what each of them is in the scene; none of a number.
+    /// Arguments, then constants; and the scene's argument for each, `None` for a plain number.
     x: Vec<f64>,
     names: Vec<Option<Argument>>,
     /// The number of arguments.
@@ -54,9 +54,9 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The first argument by which a derivative is lost.
+    /// The first argument with respect to which a derivative is lost.
     fn find_lost(&self, order: Order) -> Option<Argument> {
-        // In this direction nothing cancels.
+        // A direction in which no terms cancel.
         let all = self.direction(|i| 1.0 + 0.3 * (1.7 * i as f64).sin());
         let [one, two] = [NEAR, 2.0 * NEAR].map(|distance| (self.record)(&self.moved(&all, distance)));
         let (one, two) = (one?, two?);
@@ -68,7 +68,7 @@ impl Reader<'_> {
         self.names.iter().enumerate().find_map(|(i, name)| name.filter(|_| is_lost(i)))
     }
 
-    /// Multiples of the sizes of all arguments that are no numbers.
+    /// Multiples of the magnitudes of all arguments; zero for plain numbers.
     fn direction(&self, factor: impl Fn(usize) -> f64) -> Vec<f64> {
         let size = |x: f64| if x == 0.0 { 1.0 } else { x.abs() };
         let along = |(i, x): (usize, &f64)| self.names[i].map_or(0.0, |_| factor(i) * size(*x));
@@ -79,12 +79,12 @@ impl Reader<'_> {
         self.x.iter().zip(along).map(|(x, along)| x + distance * along).collect()
     }
 
-    /// Whether values that are read along a direction, on one of its sides, change the formula as lost derivatives do, by more than a share of its change with the
-    /// arguments themselves.
+    /// Whether values read along a direction, on one of its sides, change the formula as lost derivatives do, by more than `share` of its change with
+    /// the arguments themselves.
     fn loses(&self, along: &[f64], order: Order, share: f64) -> bool {
         let is_energy = matches!(self.kind, Some((ElementKind::Kinetic | ElementKind::Potential, _)));
         let moves = |(_, n): (ElementKind, usize)| along[..2 * n].iter().any(|along| *along != 0.0);
-        // Equations contain derivatives of energies by q and v alone.
+        // The equations contain only derivatives of energies with respect to q and v.
         let with_values = !is_energy || self.kind.is_some_and(moves);
         let distances = FAR[order as usize - 1].iter().flat_map(|far| [*far, -far]);
         distances.into_iter().any(|far| {
@@ -105,11 +105,11 @@ impl Reader<'_> {
         })
     }
 
-    /// What equations and costs are made of, by the graph of a branch: costs, Q; T and its slopes, −V and its slopes; Φ, Φ_q, dΦ/dt and (dΦ/dt)_q.
+    /// The quantities in equations and costs, from the graph of a branch: costs; Q; T, −V and their slopes; Φ, Φ_q, dΦ/dt and (dΦ/dt)_q.
     fn entries(&self, (graph, results): &Branch, x: &[f64], with_values: bool) -> Vec<f64> {
         let n = self.kind.filter(|(kind, _)| *kind != ElementKind::Applied).map_or(0, |(_, n)| n);
         let is_constraint = self.kind.is_some_and(|(kind, _)| kind == ElementKind::Holonomic);
-        // Of a constraint ε₁ is along the motion, and t the last argument.
+        // For a constraint, ε₁ is along the motion, and t is the last argument.
         let rate = |i: usize| if i < n { x[n + i] } else { f64::from(i + 1 == self.arguments) };
         let along = |i: usize| if is_constraint { rate(i) } else { 0.0 };
         let of_seed = |seed: usize| {
@@ -168,7 +168,7 @@ impl PlacedCost {
     }
 }
 
-/// Whether a formula reads values.
+/// Whether a formula reads values, given the reason why it has no graph.
 fn reads(obstacle: Option<Obstacle>) -> bool {
     obstacle == Some(Obstacle::Branches)
 }
@@ -189,7 +189,7 @@ impl System {
         self.costs.items().iter().any(|cost| cost.sum == Sum::Node(node) && reads(cost.obstacle))
     }
 
-    /// The formulas that lose derivatives at a node, which counts costs in these ways, besides those that are known to.
+    /// Warnings for the formulas that lose derivatives at a node, except `known` ones; `counts` selects the costs by how they are summed.
     pub(crate) fn find_lost_derivatives(
         &self,
         at: &NodeView<f64>,

@@ -1,4 +1,4 @@
-//! A compiled scene: batches of like elements, what is constant in them, and the structure of the tangent matrix.
+//! A compiled scene: batches of elements of equal type, their constant part, and the structure of the tangent matrix.
 
 mod acceleration;
 mod acceleration_kernels;
@@ -103,7 +103,7 @@ use parameters::Parameters;
 use plain::{add_sums, write_phi};
 use point::Layout;
 
-/// Units in the last place of its terms that a sum may be off by.
+/// Rounding error allowed in a sum, relative to its terms.
 const ROUNDED: f64 = 8.0 * f64::EPSILON;
 
 /// A compiled mechanism: n coordinates, m constraint equations, k controls.
@@ -122,7 +122,7 @@ pub struct System {
     positions: Positions,
     sines: Sines,
     loop_equations: Vec<usize>,
-    /// The energies that may be undefined where their derivatives are not, by batch and item.
+    /// The energies that may be undefined at points where their derivatives are defined, by batch and item.
     partly_defined: Vec<(usize, usize)>,
     names: Names,
     initial: Vec<f64>,
@@ -132,7 +132,7 @@ pub struct System {
     sketch: Sketch,
     /// The number of the scene.
     scene: u64,
-    /// Identifies the formulas that were compiled, and those of costs alone.
+    /// Fingerprint of the formulas that were compiled, and of those of the costs alone.
     fingerprint: u64,
     costs_compiled: u64,
     /// Whether any formula reads values.
@@ -165,7 +165,7 @@ impl System {
         self.names.outputs.len()
     }
 
-    /// Whether nothing is asked of an output unless it is said.
+    /// True if the output is only reported; optimisers constrain it only when told to.
     pub(crate) fn is_report_only(&self, output: usize) -> bool {
         self.names.looked_at.contains(&output)
     }
@@ -198,21 +198,21 @@ impl System {
         Control(Handle::of(self.scene, i))
     }
 
-    /// Whether a handle is one of the scene that this is compiled from.
+    /// Whether a handle belongs to the scene from which this system was compiled.
     pub(crate) fn owns(&self, handle: Handle) -> bool {
         handle.scene() == self.scene
     }
 
-    /// The place of an output.
+    /// The index of an output.
     ///
     /// # Panics
-    /// If it is one of another scene.
+    /// If the output belongs to another scene.
     pub(crate) fn place_of(&self, output: Output) -> usize {
         assert!(self.owns(output.0), "output {} belongs to another scene", output.index());
         output.index()
     }
 
-    /// Whether all that a parameter is made of was there when the scene was compiled.
+    /// Whether a parameter belongs to the scene from which this system was compiled.
     pub(crate) fn knows(&self, param: Param) -> bool {
         param.belongs_to(self.scene)
     }
@@ -228,12 +228,12 @@ impl System {
         &self.symbolic
     }
 
-    /// An element by its batch and its place there.
+    /// An element, given its batch and its index in the batch.
     fn item(&self, (batch, item): (usize, usize)) -> &PlacedElement {
         &self.batches[batch].items[item]
     }
 
-    /// Where the arguments of elements stand in a point.
+    /// The layout of the arguments of elements in a point.
     fn layout(&self) -> Layout {
         Layout { n: self.n, m: self.m, k: self.k }
     }
@@ -246,7 +246,7 @@ impl System {
         self.batches.iter().filter(move |batch| batch.kind() == Some(kind))
     }
 
-    /// The elements as they were compiled.
+    /// The formulas of the elements as they were compiled.
     pub(crate) fn formulas(&self) -> &Formulas {
         &self.formulas
     }
@@ -273,7 +273,7 @@ impl System {
         })
     }
 
-    /// The number of elements that may bend within a step: whose derivatives vary, other than as sines.
+    /// The number of elements that may be nonlinear within a step: their derivatives vary other than as sines.
     pub(crate) fn bending(&self) -> usize {
         self.formulas.assembly.bending()
     }
@@ -282,35 +282,35 @@ impl System {
         self.bending() > 0
     }
 
-    /// The name of an element by its number.
+    /// The name of an element, given its number.
     pub(crate) fn element_name(&self, element: usize) -> &str {
         &self.formulas.elements[element].name
     }
 
-    /// Where the unknowns of a step stand in the solver's order.
+    /// The positions of the unknowns of a step in the solver's order.
     pub(crate) fn positions(&self) -> &Positions {
         &self.positions
     }
 
-    /// The sinusoidal constraints, with the coefficients of the scene's design.
+    /// The sinusoidal constraints, with coefficients for the design values of the scene.
     pub(crate) fn sines(&self) -> &Sines {
         &self.sines
     }
 
-    /// The constraint equations that close loops: the only ones that can depend on others wherever the mechanism goes.
+    /// The constraint equations that close loops; only these can depend on other equations, in any position of the mechanism.
     pub(crate) fn loop_equations(&self) -> &[usize] {
         &self.loop_equations
     }
 
-    /// Appends the entries of Φ_q.
+    /// The entries of Φ_q.
     pub(crate) fn phi_q(&self, at: &NodeView<f64>) -> Vec<Entry> {
         let mut entries = Vec::new();
         self.placed().for_each(|item| item.phi_q(at, &mut entries));
         entries
     }
 
-    /// Takes out of Φ what rounding of the coordinates makes of it, or out of dΦ/dt what that of the velocities does: some units in the last places of
-    /// the terms Φ_q q, or Φ_q v. What is left no other numbers would take away.
+    /// Sets the components of Φ to zero that rounding of the coordinates explains, or those of dΦ/dt that rounding of velocities explains: at most
+    /// a few units in the last place of the terms Φ_q q, or Φ_q v. No other coordinates or velocities could reduce them.
     pub(crate) fn take_rounding(&self, at: &NodeView<f64>, of: &[f64], values: &mut [f64]) {
         let mut terms = vec![0.0; self.m];
         self.phi_q(at).iter().for_each(|entry| terms[entry.row] += (entry.value * of[entry.col]).abs());
@@ -326,7 +326,7 @@ impl System {
         self.sines.block_len() + self.formulas.assembly.block_len()
     }
 
-    /// What can be drawn.
+    /// The drawing of the scene.
     pub(crate) fn sketch(&self) -> &Sketch {
         &self.sketch
     }
@@ -337,18 +337,18 @@ impl System {
         check_positive(&self.positive, &values)
     }
 
-    /// What elements are given: design variables and expressions of them.
+    /// The parameters of elements: design variables and expressions of them.
     pub(crate) fn parameters(&self) -> &Parameters {
         &self.parameters
     }
 
-    /// 𝓛_v, 𝓛_q + Q and dΦ/dt by the plain formulas, on any numbers.
+    /// Evaluates 𝓛_v, 𝓛_q + Q and dΦ/dt by the plain formulas, on any number type.
     pub(crate) fn plain_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
         add_sums(self.batches.iter(), at, sums);
     }
 
-    /// What the kinetic energies alone contribute: T_v and T_q.
+    /// The contributions of the kinetic energies alone: T_v and T_q.
     pub(crate) fn kinetic_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
         add_sums(self.of_kind(ElementKind::Kinetic), at, sums);
@@ -365,7 +365,7 @@ impl System {
         write_phi(self.batches.iter(), at, phi);
     }
 
-    /// Whether there are energies that may not be finite where their derivatives are.
+    /// Whether there are energies that may not be finite at points where their derivatives are.
     pub(crate) fn has_partly_defined_energies(&self) -> bool {
         !self.partly_defined.is_empty()
     }

@@ -12,7 +12,7 @@ use crate::{Error, System};
 #[derive(Clone, Debug)]
 pub(super) struct Names {
     pub(super) coordinates: Vec<String>,
-    /// Constraints with their numbers of equations.
+    /// Constraints, each with its number of equations.
     constraints: Vec<(String, usize)>,
     pub(super) equations: Vec<String>,
     pub(super) controls: Vec<String>,
@@ -65,7 +65,7 @@ impl System {
         &self.names.equations[j]
     }
 
-    /// Pairs of equations that are the components of one vector: those of hinges and welds.
+    /// Pairs of equations that are the components of one vector, as for hinges and welds.
     pub(crate) fn vector_equations(&self) -> impl Iterator<Item = Range<usize>> {
         let joints = self.sketch().drawn.iter().filter(|drawn| matches!(drawn.shape, Shape::Hinge | Shape::Weld));
         let joints: HashSet<&str> = joints.map(|drawn| drawn.name.as_str()).collect();
@@ -78,7 +78,7 @@ impl System {
         of_joints.map(|(first, ..)| first..first + 2)
     }
 
-    /// The names of the constraints with their numbers of equations, in the order of these.
+    /// The names of the constraints with their numbers of equations, in the order of the equations.
     #[cfg(feature = "files")]
     pub(crate) fn constraints(&self) -> &[(String, usize)] {
         &self.names.constraints
@@ -117,7 +117,7 @@ impl System {
         }
     }
 
-    /// A breakdown of the elimination of K, by the name of its unknown.
+    /// The error for a breakdown of the elimination of K, with the name of the unknown.
     pub(crate) fn singular_step(&self, breakdown: &Breakdown, step: usize, time: f64) -> Error {
         let unknown = self.unknown_name(breakdown.unknown);
         Error::SingularStep { step, time, unknown, pivot: breakdown.pivot / breakdown.scale }

@@ -1,4 +1,4 @@
-//! The node problem's data: everything that a scheme says of the unknowns of a node before they are found.
+//! The data of a node problem: everything in the equations of a node that is known before its unknowns are computed.
 //!
 //! Find (v, σ) with 𝓛_v − h (𝓛_q + Q) = p̄ and dΦ/dt = 0 at q = q̄ + h v.
 
@@ -13,7 +13,7 @@ pub(crate) struct KnownPart<'a> {
     pub(crate) sigma: &'a [f64],
 }
 
-/// What stays the same while a node is solved.
+/// Quantities that stay constant while a node problem is solved.
 #[derive(Clone, Copy)]
 pub(crate) struct Given<'a, R = f64> {
     pub(crate) u: &'a [R],
@@ -22,7 +22,7 @@ pub(crate) struct Given<'a, R = f64> {
 }
 
 impl<'a, R> Given<'a, R> {
-    /// What the equations depend on at a state (q, v, σ).
+    /// The arguments of the equations at a state (q, v, σ).
     #[inline]
     pub(crate) fn at(self, q: &'a [R], v: &'a [R], sigma: &'a [R]) -> NodeView<'a, R> {
         NodeView::of_equations([q, v, sigma], (self.u, self.t, self.design))

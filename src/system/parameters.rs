@@ -1,7 +1,7 @@
-//! The values of parameters: the design variables b themselves, then the expressions of them that elements are given.
+//! The values of parameters: the design variables b, followed by the expressions of them that serve as parameters of elements.
 //!
-//! Elements, their derivatives and the sums of the adjoint sweep know these values z(b) alone; where a motion begins they are found, and where its
-//! gradient is complete, dJ/db = (∂z/∂b)ᵀ dJ/dz.
+//! Elements, their derivatives and the sums of the adjoint sweep use only these values z(b). They are computed when a motion begins; after the
+//! adjoint sweep, dJ/db = (∂z/∂b)ᵀ dJ/dz.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -15,25 +15,25 @@ use crate::{Error, Scalar};
 #[derive(Clone)]
 pub(crate) struct Parameters {
     designs: usize,
-    /// The expressions that occur, as nodes of the graph, and where each stands among them.
+    /// The expressions in use as nodes of the graph, and the index of each among them.
     nodes: Vec<Node>,
     places: HashMap<Node, usize>,
     graph: Graph,
-    /// Σ wⱼ ∂zⱼ/∂b of the expressions z, with w as further inputs.
+    /// The graph of Σ wⱼ ∂zⱼ/∂b over the expressions z, with w as further inputs.
     pulled_back: (Graph, Vec<Node>),
-    /// What z changes by along a direction of b, then what that sum does along one of b and w, with the directions as further inputs: made when a direction
-    /// is first asked for.
+    /// The derivatives of z along a direction of b, then those of Σ wⱼ ∂zⱼ/∂b along a direction of b and w, with the directions as further inputs;
+    /// created when first needed.
     along: OnceLock<(Graph, Vec<Node>)>,
 }
 
 impl Parameters {
-    /// For a scene with so many design variables and such a graph of expressions, of which none is used yet.
+    /// Parameters of a scene with this number of design variables and this graph of expressions; no expression is in use yet.
     pub(super) fn new(designs: usize, graph: Graph) -> Self {
         let (nodes, places) = (Vec::new(), HashMap::new());
         Parameters { designs, nodes, places, graph, pulled_back: Default::default(), along: OnceLock::new() }
     }
 
-    /// The same parameter by its place among the values.
+    /// The same parameter, referring to its index among the values.
     pub(super) fn resolve(&mut self, param: Param, gravity: &[Param; 3]) -> Param {
         let (designs, nodes, places) = (self.designs, &mut self.nodes, &mut self.places);
         param.resolve(gravity, &mut |node| {
@@ -45,7 +45,7 @@ impl Parameters {
         })
     }
 
-    /// Differentiates the expressions that were resolved.
+    /// Differentiates the expressions in use.
     pub(super) fn differentiate(&mut self) {
         let mut graph = self.graph.clone().loose();
         let weighted: Vec<_> = self.nodes.iter().enumerate().map(|(j, y)| (*y, graph.input(self.designs + j))).collect();
@@ -77,7 +77,7 @@ impl Parameters {
         design.iter().copied().chain(self.nodes.iter().map(|node| all[node.index()])).collect()
     }
 
-    /// The value of a parameter as it was given, also of one that no element has.
+    /// The value of a parameter before `resolve`, which need not be used by any element.
     pub(crate) fn value_of(&self, param: Param, values: &[f64]) -> f64 {
         if let Some(number) = param.constant() {
             return number;
@@ -97,9 +97,9 @@ impl Parameters {
         gradient.iter_mut().zip(nodes).for_each(|(sum, node)| *sum += all[node.index()]);
     }
 
-    // Not by dual numbers, which have 0 · ∞ for √max(b, 0) where b < 0.
+    // Graphs are used instead of dual numbers, which yield 0 · ∞ for √max(b, 0) at b < 0.
 
-    /// What z(b) changes by along a direction of b.
+    /// The derivative of z(b) along a direction of b.
     pub(crate) fn along(&self, design: &[f64], direction: &[f64]) -> Vec<f64> {
         let zeros = vec![0.0; self.nodes.len()];
         let (graph, nodes) = self.tangent();
@@ -107,7 +107,7 @@ impl Parameters {
         direction.iter().copied().chain(nodes[..self.nodes.len()].iter().map(|node| all[node.index()])).collect()
     }
 
-    /// What (∂z/∂b)ᵀ w changes by along a direction of b and w.
+    /// The derivative of (∂z/∂b)ᵀ w along a direction of b and w.
     pub(crate) fn pull_back_along(&self, [design, w]: [&[f64]; 2], [direction, w_dot]: [&[f64]; 2], gradient: &mut [f64]) {
         gradient.copy_from_slice(&w_dot[..self.designs]);
         let (graph, nodes) = self.tangent();
@@ -115,7 +115,7 @@ impl Parameters {
         gradient.iter_mut().zip(&nodes[self.nodes.len()..]).for_each(|(sum, node)| *sum += all[node.index()]);
     }
 
-    /// The name of a value, from those of the design variables.
+    /// The name of a value, composed of the names of design variables.
     pub(super) fn name(&self, place: usize, designs: &[String]) -> String {
         let Some(expression) = place.checked_sub(self.designs) else { return quoted(&designs[place]) };
         let inputs = self.graph.inputs_of(self.nodes[expression]);
@@ -123,7 +123,7 @@ impl Parameters {
         format!("an expression of {}", list.join(", "))
     }
 
-    /// Refuses expressions that are not finite.
+    /// Checks that all expressions are finite.
     pub(super) fn check(&self, values: &[f64], designs: &[String]) -> Result<(), Error> {
         match values.iter().enumerate().skip(self.designs).find(|(_, value)| !value.is_finite()) {
             Some((place, &value)) => Err(Error::NotFinite { what: self.name(place, designs), value }),

@@ -1,4 +1,4 @@
-//! [`PlacedCost`]: one cost, its program, and its value and derivatives at a node.
+//! [`PlacedCost`]: a cost with its arguments and its program; evaluates its value and derivatives at a node.
 
 use std::sync::Arc;
 
@@ -20,10 +20,10 @@ use crate::model::element::{ListCost, Sum};
 use crate::number::{Fingerprint, hyper, hyper_parts};
 use crate::program::{Obstacle, Symbol, Template, record, record_branch};
 
-/// So many arguments and constants need no memory of the heap: values of costs are asked for at every node.
+/// Up to this number of arguments and constants, evaluation does not allocate memory; costs are evaluated at every node.
 const FEW: usize = 32;
 
-/// One cost and what it is connected to.
+/// A cost and the arguments it is connected to.
 #[derive(Clone)]
 pub struct PlacedCost {
     pub name: String,
@@ -34,10 +34,10 @@ pub struct PlacedCost {
     pub(super) shape: CostShape,
     pub(super) b: Vec<Param>,
     pub(super) formula: Option<CostFormula>,
-    /// Why it has none, unless it was not to have one.
+    /// The reason why the cost has no program, unless programs were disabled.
     pub(super) obstacle: Option<Obstacle>,
     pub(super) uses: CostUse,
-    /// Which arguments it depends on, if it could be recorded: what was concluded of it.
+    /// Whether the cost depends on each argument, if it could be recorded.
     pub(super) depends: Option<Vec<bool>>,
 }
 
@@ -47,7 +47,7 @@ impl PlacedCost {
         PlacedCost { name, output, cost, sum, shape, b, formula: None, obstacle: None, uses, depends: None }
     }
 
-    /// The cost for given arguments and constants, by their numbers.
+    /// Evaluates the cost for given arguments and constants, by their numbers.
     pub(super) fn evaluate<S: Scalar>(
         &self,
         cost: &dyn PlainCost<S>,
@@ -68,17 +68,17 @@ impl PlacedCost {
     pub(super) fn argument<R: Number>(&self, at: &NodeView<R>, which: usize) -> R {
         let (list, place) = self.shape.places[which];
         let lists = [at.q, at.v, at.p_star, at.p_star_dot, at.v_dot, at.sigma, at.lambda, at.u, at.u_dot];
-        // What is not there is not used.
+        // Missing quantities are not used by the cost.
         if list == Of::Time { at.t } else { lists[list as usize].get(place).copied().unwrap_or(R::zero()) }
     }
 
-    /// Its formula, and the numbers in it; the values are for one that looks at them.
+    /// Records the formula; also returns the numbers in it. Formulas that branch on values are recorded at `at`.
     pub(super) fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
         let (graph, results) = record(|put| put(self.symbol(|of| self.read(at, of))))?;
         Ok(Template::new(&graph, &results, self.b.len()))
     }
 
-    /// The formula on symbols with these values.
+    /// Evaluates the formula on symbols with these values.
     pub(super) fn symbol(&self, value: impl Fn(Partial) -> f64) -> Symbol {
         let argument = |i: usize| Symbol::input(i, value(Partial::Argument(i)));
         self.evaluate(&*self.cost, argument, |p| Symbol::parameter(p, value(Partial::Constant(p))))
@@ -91,7 +91,7 @@ impl PlacedCost {
         }
     }
 
-    /// The arguments to blame where it has no number; nothing if it has.
+    /// The arguments that cause the cost not to be finite, or `None` if it is finite.
     pub(super) fn to_blame(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         let value = |changed: Option<(Partial, f64)>| {
             let read = |of: Partial| changed.filter(|(other, _)| *other == of).map_or_else(|| self.read(at, of), |(_, x)| x);
@@ -112,7 +112,7 @@ impl PlacedCost {
         Some(to_blame(all, |of, x| value(Some((of, x))).is_finite()))
     }
 
-    /// Clears derivatives by arguments that it does not depend on there, if others are not finite: dual numbers make 0 · NaN of them.
+    /// Clears derivatives with respect to arguments on which the cost does not depend, which may be 0 · NaN, if a derivative is not finite.
     pub(super) fn clear_others(&self, at: &NodeView<f64>, rows: &mut CostRows) {
         let Some((graph, results)) = record_branch(|put| put(self.symbol(|of| self.read(at, of)))) else { return };
         let depends = Template::new(&graph, &results, self.b.len()).0.depends(self.shape.len());
@@ -130,7 +130,7 @@ impl PlacedCost {
         CostUse::of(depends.iter().zip(&self.shape.places).filter(|(depends, _)| **depends).map(|(_, (of, _))| *of))
     }
 
-    /// It without its formula.
+    /// Description of the cost without its formula.
     pub(super) fn term(&self) -> Term<'_> {
         let PlacedCost { name, output, sum, uses, obstacle, shape, .. } = self;
         let has_program = self.formula.is_some();
@@ -149,7 +149,7 @@ impl PlacedCost {
         if factor == 0.0 {
             return;
         }
-        // A weight of adjacent steps may vanish between a step forth and a step back; its derivatives do not.
+        // For adjacent steps of opposite direction the weight may vanish although its derivatives do not.
         let is_summed = |weight: &f64| *weight != 0.0 || self.sum.is_of_both_steps();
         let Some(weight) = weights.of(self.sum).filter(is_summed) else { return };
         let value = factor
@@ -161,7 +161,7 @@ impl PlacedCost {
         self.add_by_steps(value, weights.side, rows);
     }
 
-    /// Adds h to the derivatives with respect to what its weight is made of.
+    /// Adds h to the derivatives with respect to the lengths of steps on which its weight depends.
     fn add_by_steps(&self, value: f64, side: Beside, rows: &mut CostRows) {
         rows.evaluations += 1;
         rows.has_read_state |= self.shape.has_state();
@@ -180,7 +180,7 @@ impl PlacedCost {
         }
     }
 
-    /// The change of value and derivatives along a direction.
+    /// Adds the change of value and derivatives along a direction.
     pub(super) fn gradient_along(
         &self,
         program: &mut Option<CostSecondOrder>,
@@ -228,14 +228,14 @@ impl PlacedCost {
         [value, change]
     }
 
-    /// Value and gradient by the program.
+    /// Evaluates value and gradient by the program.
     fn program_gradient(&self, formula: &CostFormula, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
         let (memory, mut slopes) = rows.memory_and_slopes();
         let put = |of, slope| self.add_partial(of, weight, slope, &mut slopes);
         formula.evaluate(memory, |which| self.argument(at, which), put)
     }
 
-    /// Adds a partial derivative with its weight.
+    /// Adds a partial derivative, multiplied by the weight.
     #[inline]
     fn add_partial(&self, of: Partial, weight: f64, slope: f64, slopes: &mut Slopes) {
         match of {
@@ -248,12 +248,12 @@ impl PlacedCost {
         }
     }
 
-    /// What it is differentiated by without a program.
+    /// The variables of differentiation for a cost without a program.
     fn partials(&self) -> Vec<Partial> {
         Partial::all(&vec![true; self.shape.len()], &Param::which_are_bound(&self.b))
     }
 
-    /// Value and gradient by dual numbers, a few derivatives at a time.
+    /// Evaluates value and gradient by dual numbers, a few derivatives at a time.
     fn dual_gradient(&self, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
         type Dual = DualSVec64<SEEDS>;
         let (_, mut slopes) = rows.memory_and_slopes();
@@ -272,7 +272,7 @@ impl PlacedCost {
         self.value(&*self.cost, at)
     }
 
-    /// h by its formula on the numbers that are asked for.
+    /// Evaluates h by its formula on a given number type.
     pub(super) fn value<R: Number>(&self, cost: &dyn PlainCost<R>, at: &NodeView<R>) -> R {
         self.evaluate(cost, |which| self.argument(at, which), |p| self.b[p].value(at.design))
     }

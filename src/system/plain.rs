@@ -1,7 +1,7 @@
-//! The plain formulas of elements and costs, on the numbers that are asked for.
+//! The plain formulas of elements and costs, evaluated on any number type.
 //!
-//! Dual numbers are [`Slope`]s, on which formulas are verified, or, in costs, parts of hyper-dual ones, which accelerations need anyway: so every formula
-//! is compiled for one number type less.
+//! Dual numbers are represented by [`Slope`]s, with which formulas are verified, or, in costs, by hyper-dual numbers, which accelerations need in any
+//! case. So every formula is compiled for one number type fewer.
 
 use nalgebra::DMatrix;
 use num_dual::Dual64;
@@ -20,7 +20,7 @@ use crate::number::{Family, Hyper, Real, Slope, hyper, hyper_parts, slope, with_
 use crate::program::Symbol;
 use crate::{Cx, Scalar};
 
-/// The formula of an element, for numbers of one type.
+/// The formula of an element for one number type.
 enum Plain<'a, R: Real> {
     Direct(&'a dyn OnNumbers<R>),
     BySlope(&'a dyn OnNumbers<Slope>),
@@ -45,7 +45,7 @@ impl<'a> Family for OfElement<'a> {
     }
 }
 
-/// The formula of a cost, for numbers of one type.
+/// The formula of a cost for one number type.
 enum PlainOfCost<'a, R: Real> {
     Direct(&'a dyn PlainCost<R>),
     ByHyper(&'a dyn PlainCost<Hyper>),
@@ -70,7 +70,7 @@ impl<'a> Family for OfCost<'a> {
     }
 }
 
-/// Adds every cost at one node, with its weight and the factor of J or of the output that it belongs to, to that (0 for J).
+/// Adds every cost at one node, multiplied by its weight and factor, to J (0) or to the output that it belongs to.
 pub(super) fn add_costs<R: Real>(
     costs: &Costs,
     (at, weights): (&NodeView<R>, &Weights<R>),
@@ -116,7 +116,7 @@ fn add_back<R: Real, S: Number>(to: &mut [R], from: &[S], along: fn(&S) -> f64) 
     }
 }
 
-/// Adds what all elements of some batches add to 𝓛_v, 𝓛_q + Q and dΦ/dt.
+/// Adds the contributions of all elements of some batches to 𝓛_v, 𝓛_q + Q and dΦ/dt.
 pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, sums: &mut Sums<R>) {
     let mut lifted: Option<(NodeValues<Slope>, Sums<Slope>)> = None;
     for item in batches.flat_map(|batch| &batch.items) {
@@ -154,7 +154,7 @@ pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, a
     }
 }
 
-/// The sums of some elements.
+/// A function that adds the contributions of some elements.
 pub type ElementSums = fn(&System, &NodeView<Dual64>, &mut Sums<Dual64>);
 
 impl System {
@@ -167,7 +167,7 @@ impl System {
         all
     }
 
-    /// 𝓛_v, 𝓛_q + Q and dΦ/dt of some elements differentiated by one kind of arguments, a column for each, by dual numbers.
+    /// 𝓛_v, 𝓛_q + Q and dΦ/dt of some elements, differentiated with respect to one kind of arguments by dual numbers; one column per argument.
     pub(crate) fn columns(
         &self,
         of: ElementSums,

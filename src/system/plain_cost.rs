@@ -1,4 +1,4 @@
-//! A cost behind a trait that knows nothing of its type: the only code that is compiled for each type of cost.
+//! A cost behind a trait that hides its type; only this code is compiled for each type of cost.
 
 use nalgebra::SVector;
 use num_dual::DualSVec64;
@@ -8,7 +8,7 @@ use crate::number::{Fingerprint, Hyper};
 use crate::program::Symbol;
 use crate::{Cx, Scalar};
 
-/// How many derivatives dual numbers carry at once.
+/// The number of derivatives that dual numbers carry at once.
 pub const SEEDS: usize = 4;
 
 /// The formula of a cost on numbers of type S.
@@ -22,7 +22,7 @@ impl<C: ListCost, S: Scalar> PlainCost<S> for C {
     }
 }
 
-/// A cost, whatever its type.
+/// A cost of any type.
 pub trait AnyCost:
     PlainCost<f64>
     + PlainCost<Cx>
@@ -37,7 +37,7 @@ pub trait AnyCost:
 
 impl<C: ListCost> AnyCost for C {}
 
-/// A cost of fixed numbers of arguments as one of lists.
+/// A cost with fixed numbers of arguments, as a cost of lists.
 pub struct Fixed<C, const N: usize, const M: usize, const K: usize, const P: usize>(pub C);
 
 impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> ListCost for Fixed<C, N, M, K, P> {

@@ -1,4 +1,4 @@
-//! [`Layout`]: all arguments of all elements at a point, one after the other.
+//! [`Layout`]: the layout of a point, a list of all arguments of all elements.
 
 use super::batch::Covector;
 use super::element::Element;
@@ -6,8 +6,8 @@ use super::formula::Component;
 use super::shape::Place;
 use super::view::NodeView;
 
-/// The numbers of coordinates, equations and controls of a scene; a point holds q, v, σ, u, t, then c, d, e, then the rates of the former, and where
-/// second derivatives are wanted those of the values of parameters.
+/// The numbers of coordinates, equations and controls of a scene. A point contains q, v, σ, u, t, then c, d, e, then the rates of q, v, σ, u, t and,
+/// for second derivatives, the rates of the parameters.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Layout {
     pub(crate) n: usize,
@@ -28,7 +28,7 @@ impl Layout {
         self.rates() + self.t() + 1
     }
 
-    /// Where an argument of an element stands.
+    /// The index of an argument of an element in a point.
     pub(crate) fn source(&self, element: &Element, place: Place) -> usize {
         let Layout { n, m, .. } = *self;
         let adjoint = self.t() + 1;
@@ -50,7 +50,7 @@ impl Layout {
         }
     }
 
-    /// Where a component of an element stands among all sums.
+    /// The index of a component of an element among all sums.
     pub(crate) fn sum(&self, element: &Element, component: Component) -> usize {
         component.place((&element.q, &element.sigma), self.n)
     }
@@ -67,14 +67,14 @@ impl Layout {
         rest[0] = at.t;
     }
 
-    /// v̇ and λ as the rates of v and σ.
+    /// Stores v̇ and λ as the rates of v and σ.
     pub(crate) fn load_accelerations(&self, at: &NodeView<f64>, point: &mut [f64]) {
         let (v_dot, rest) = point[self.rates() + self.n..].split_at_mut(self.n);
         v_dot.copy_from_slice(at.v_dot);
         rest[..self.m].copy_from_slice(at.lambda);
     }
 
-    /// A direction of q, v, u and t and of the values of parameters, beside v̇ and λ: that of v in the place of d.
+    /// Stores a direction of q, v, u, t and of the parameters next to v̇ and λ; the direction of v is stored in the place of d.
     pub(crate) fn load_direction_beside_accelerations(&self, along: &NodeView<f64>, point: &mut [f64]) {
         let d = self.t() + 1 + self.n;
         point[d..d + self.n].copy_from_slice(along.v);
@@ -84,7 +84,7 @@ impl Layout {
         rest[self.n + self.m..].iter_mut().zip(others).for_each(|(rate, x)| *rate = *x);
     }
 
-    /// A direction of all arguments, and of the values of parameters, as rates.
+    /// Stores a direction of all arguments and parameters as rates.
     pub(crate) fn load_direction(&self, along: &NodeView<f64>, point: &mut [f64]) {
         let mut rest = &mut point[self.rates()..];
         for part in [along.q, along.v, along.sigma, along.u, &[along.t], along.design] {

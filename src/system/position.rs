@@ -1,4 +1,4 @@
-//! [`PositionConstraints`]: Φ of all constraints at a point, by programs; at a node of sinusoidal ones by the sines and cosines that are known there,
+//! [`PositionConstraints`]: evaluates Φ of all constraints by programs; at a node, the stored sines and cosines are used for sinusoidal constraints,
 //!
 //! ```text
 //!   Φ_j = c_j + Σ a q + Σ (α sin q + β cos q),      c_j = Φ_j(0) − Σ β
@@ -16,7 +16,7 @@ use super::view::NodeView;
 use crate::System;
 use crate::program::Kernel;
 
-/// See the module; made when a motion asks for Φ on its way.
+/// Programs for Φ, created when Φ is first needed during a motion.
 pub(crate) struct PositionConstraints {
     layout: Layout,
     sinusoidal: Vec<ElementPrograms<usize>>,
@@ -24,7 +24,7 @@ pub(crate) struct PositionConstraints {
     /// Constraints without a program.
     plain: Vec<(usize, usize)>,
     point: Vec<f64>,
-    /// c, and a, of sinusoidal equations.
+    /// c and a of the sinusoidal equations.
     rest: Vec<f64>,
     linear: Vec<Entry>,
 }
@@ -47,7 +47,7 @@ impl PositionConstraints {
         PositionConstraints { layout, sinusoidal, others, plain, point, rest, linear: Vec::new() }
     }
 
-    /// Runs all preludes, and finds c and a.
+    /// Runs all preludes and computes c and a.
     pub(crate) fn fix(&mut self, elements: &[Element], design: &[f64], constants: &Constants) {
         let PositionConstraints { sinusoidal, others, point, rest, linear, .. } = self;
         let programs = sinusoidal.iter_mut().chain(others);
@@ -62,7 +62,7 @@ impl PositionConstraints {
         linear.extend(constants.phi_q.iter().filter(|entry| is_sinusoidal[entry.row]));
     }
 
-    /// Writes Φ.
+    /// Evaluates Φ at any point.
     pub(crate) fn evaluate(&mut self, system: &System, at: &NodeView<f64>, phi: &mut [f64]) {
         self.layout.load(at, &mut self.point);
         for programs in &mut self.sinusoidal {
@@ -71,7 +71,7 @@ impl PositionConstraints {
         self.evaluate_others(system, at, phi);
     }
 
-    /// The same at a node with these blocks of the sines.
+    /// Evaluates Φ at a node for which the blocks of the sinusoidal constraints are stored.
     pub(crate) fn evaluate_node(
         &mut self,
         system: &System,
@@ -123,7 +123,7 @@ mod tests {
         let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
         inputs.controls.fill(10.0);
         for arm in [0.4, 0.6] {
-            // Another design after the first: the wheel's centre is where the axle has it.
+            // Changes the first design variable; the wheel's centre remains at the end of the axle.
             inputs.design[0] = arm;
             inputs.start.set_coordinate(wheel.coordinates[0], arm - 0.4);
             solver.simulate(&inputs)?;

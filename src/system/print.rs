@@ -57,10 +57,10 @@ impl BlockEntry {
     }
 }
 
-/// All programs of an element.
+/// The text of all programs of an element.
 pub(super) fn print(element: &Element) -> String {
     let mut text = String::new();
-    // Writing to a string does not fail.
+    // Writing to a string cannot fail.
     let _ = write_all(element, &mut text);
     text
 }
@@ -79,7 +79,7 @@ fn write_all(element: &Element, text: &mut String) -> fmt::Result {
         if stage == 0 {
             write_arguments(text, kernel, |which| formula.shape.place(which).name())?;
         } else {
-            writeln!(text, "  after those, in the registers as they left them:")?;
+            writeln!(text, "  after the first derivatives, in the same registers:")?;
         }
         write_program(text, program, &results)
     };
@@ -94,10 +94,10 @@ fn write_all(element: &Element, text: &mut String) -> fmt::Result {
         Slot::B(p) => format!("by b{p}"),
         _ => format!("by {}", formula.shape.place(formula.shape.number(*slot)).name()),
     });
-    part("derivatives by inputs", &kernels.inputs, 0, inputs.map(plain).collect())
+    part("input derivatives", &kernels.inputs, 0, inputs.map(plain).collect())
 }
 
-/// What a result is, each with a sign.
+/// The name of each result, with a sign.
 type Names = Vec<(&'static str, String)>;
 
 fn plain(name: String) -> Names {
@@ -110,11 +110,11 @@ fn names_of_components(kernels: &Kernels) -> Vec<Names> {
     names
 }
 
-/// What fills the first registers: the prelude, and the arguments.
+/// Lists the registers that are filled first: results of the prelude, and arguments.
 fn write_arguments(text: &mut String, kernel: &Kernel, name: impl Fn(usize) -> String) -> fmt::Result {
     let fixed: Vec<String> = (0..kernel.fixed()).map(|k| format!("f{k}")).collect();
     if !fixed.is_empty() {
-        writeln!(text, "  once, of b and the formula's own numbers:")?;
+        writeln!(text, "  once, from b and the numbers in the formula:")?;
         write_registers(text, (0..kernel.prelude().arguments()).map(|p| format!("b{p}")))?;
         write_program(text, kernel.prelude(), &fixed.iter().cloned().map(plain).collect::<Vec<_>>())?;
         writeln!(text, "  at every point:")?;

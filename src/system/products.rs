@@ -1,4 +1,4 @@
-//! Products of second derivatives with vectors: the rows of the adjoint equations, and changes along a direction.
+//! Products of second derivatives with vectors, for the rows of the adjoint equations and for changes along a direction.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use super::element::Element;
 use super::view::NodeView;
 use crate::number::{StridedDifference, by_fours};
 
-/// A part of the adjoint rows, and of the adjoint variables.
+/// A part of the adjoint rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Row {
     V,
@@ -23,19 +23,19 @@ pub enum Variable {
     E,
 }
 
-/// Which parts of the adjoint rows are wanted, and which variables are not zero.
+/// Selects the parts of the adjoint rows to compute, and the adjoint variables that are not zero.
 #[derive(Clone, Copy)]
 pub struct Wanted(pub fn(Row, Variable) -> bool);
 
 impl Wanted {
     pub const ALL: Wanted = Wanted(|_, _| true);
-    /// What d alone contributes.
+    /// The contributions of d alone.
     pub const OF_FORCE: Wanted = Wanted(|_, variable| matches!(variable, Variable::D));
-    /// The row ∂q.
+    /// The row ∂q alone.
     pub const ROW_Q: Wanted = Wanted(|row, _| matches!(row, Row::Q));
 }
 
-/// Adds Bᵀ x, or B x, of a block B to a part of the adjoint rows.
+/// Adds Bᵀ x or B x, for a block B, to a part of the adjoint rows.
 struct Term {
     to: Row,
     of: Variable,
@@ -43,7 +43,7 @@ struct Term {
 }
 
 impl Block {
-    /// What a block contributes to the adjoint equations ∂v, ∂q and ∂σ:
+    /// The contributions of a block to the adjoint equations ∂v, ∂q and ∂σ:
     ///
     /// ```text
     ///   v: 𝓛_vvᵀ c + (𝓛_qv + Q_v)ᵀ d + Φ_qᵀ e,   q: 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e,   σ: Φ_q c + (dΦ/dt)_q d
@@ -69,10 +69,10 @@ impl Block {
     }
 }
 
-/// Values of one block, and where they stand in the scene's numbering.
+/// Values of one kind of block, and their places in the scene's numbering.
 #[derive(Clone, Debug)]
 pub struct Products {
-    /// Their block, and whether they are mirrored.
+    /// The block of the values, and whether they are mirrored.
     like: BlockEntry,
     values: Range<usize>,
     at: At,
@@ -80,14 +80,14 @@ pub struct Products {
 
 #[derive(Clone, Debug)]
 enum At {
-    /// Row and column, of one entry of like elements.
+    /// Row and column, for one entry of elements at equal distances.
     Strided([StridedDifference; 2]),
-    /// Row and column of each value, and whether it is subtracted there.
+    /// Row and column of each value, and whether it is subtracted.
     Places(Vec<[u32; 2]>, bool),
 }
 
 impl Products {
-    /// Those of like entries, entry by entry and of each element by element, whose values begin at `begin`.
+    /// The products of all entries, ordered by entry and within an entry by element; the values start at `begin`.
     pub fn all(entries: &[RelativeEntry], elements: &[&Element], begin: usize) -> Vec<Products> {
         let (mut all, mut end, like) = (Vec::new(), begin, entries[0].entry);
         let strided: Vec<_> = entries.iter().map(|entry| strided(entry, elements)).collect();
@@ -109,7 +109,7 @@ impl Products {
         all
     }
 
-    /// Adds to the adjoint rows what they contribute.
+    /// Adds the contributions to the adjoint rows.
     pub fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: Wanted, rows: &mut StateRows) {
         for term in self.like.block.terms().iter().filter(|term| wanted.0(term.to, term.of)) {
             let to = match term.to {
@@ -126,7 +126,7 @@ impl Products {
         }
     }
 
-    /// Adds to the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state what they contribute: the transpose of
+    /// Adds the contributions to the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state: the transpose of
     /// [`pull_back`](Self::pull_back).
     pub fn push_forward(&self, blocks: &[f64], (along, wanted): (&NodeView<f64>, Wanted), sums: &mut Sums<f64>) {
         let [l_v, force, phi_dot] = sums.parts_mut();
@@ -145,7 +145,7 @@ impl Products {
         }
     }
 
-    /// Adds B of, or Bᵀ of.
+    /// Adds B `of` or Bᵀ `of` to `to`.
     #[inline]
     fn add(&self, x: &[f64], transposed: bool, of: &[f64], to: &mut [f64]) {
         let [transposed, plain] = [transposed || self.like.mirrored, !transposed || self.like.mirrored];
@@ -164,7 +164,7 @@ impl Products {
     }
 }
 
-/// Adds products at listed places, or subtracts them.
+/// Adds products at listed places, or subtracts them if `NEGATIVE`.
 #[inline(always)]
 fn add_at<const NEGATIVE: bool>(
     x: &[f64],
@@ -182,12 +182,12 @@ fn add_at<const NEGATIVE: bool>(
     }
 }
 
-/// Row and column of an entry of each element.
+/// Row and column of an entry, for each element.
 fn places(entry: &BlockEntry, elements: &[&Element]) -> Vec<[u32; 2]> {
     elements.iter().map(|element| element.row_and_col(entry).map(|place| place as u32)).collect()
 }
 
-/// Rows and columns, and what they are relative to, at equal distances of their own, the same for all.
+/// The places as first places and a common stride for rows and columns (and for what they are relative to), if possible.
 fn strided(relative: &RelativeEntry, elements: &[&Element]) -> Option<[StridedDifference; 2]> {
     let entry = relative.entry;
     let of = |which: usize, entry: &BlockEntry| places(entry, elements).iter().map(|place| place[which]).collect::<Vec<_>>();

@@ -1,7 +1,7 @@
-//! [`Scatter`]: where second derivatives of like elements are added in the tangent matrix K of a step.
+//! [`Scatter`]: adds second derivatives of elements of one formula to the tangent matrix K of a step.
 //!
-//! Entries of neighbouring unknowns often stand one behind the other in K. Such are added together, and at all places at once where the same entries
-//! belong: those of a cable between two points of a plane as four numbers, added twice and subtracted twice.
+//! Entries of neighbouring unknowns are often adjacent in K. Adjacent entries are added together, and at all places where they occur at once:
+//! those of a cable between two points of a plane are four numbers, added twice and subtracted twice.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -10,24 +10,24 @@ use super::block::{Block, BlockEntry};
 use super::difference::RelativeEntry;
 use crate::number::by_fours;
 
-/// Elements that are fewer are gone through entry by entry.
+/// For fewer elements, the entries are processed one by one rather than together.
 const FEW: usize = 4;
 
-/// Numbers that are added together: of each element, one or more of its values.
+/// Adjacent numbers that are added together: one or more values per element.
 #[derive(Clone, Debug)]
 pub struct Scatter {
     block: Block,
     sign: f64,
-    /// Where the values of all elements begin, of each of these numbers.
+    /// For each of these numbers, the index at which the values of all elements start.
     begins: Vec<usize>,
-    /// At how many places of an element they are added, and at how many they are added or subtracted.
+    /// The number of places per element at which values are added, and the number at which they are added or subtracted.
     plus: usize,
     places: usize,
-    /// The slots of the first number, element by element and place by place.
+    /// The slots of the first number, ordered by element and within an element by place.
     slots: Vec<u32>,
 }
 
-/// Where values that follow each other are added, or subtracted.
+/// Slots to which the consecutive values from `begin` on are added, or from which they are subtracted.
 struct Target {
     block: Block,
     begin: usize,
@@ -36,8 +36,8 @@ struct Target {
 }
 
 impl Scatter {
-    /// Of all entries of so many elements, whose values begin at `begin`, entry by entry and of each element by element; `slots` says of an element and an
-    /// entry where K stores it, and where it stores what is mirrored.
+    /// Covers all entries; their values start at `begin`, ordered by entry and within an entry by element. `slots` returns the slot of an entry of an
+    /// element in K, and the slot of its mirrored entry.
     pub fn all(
         entries: &[RelativeEntry],
         elements: usize,
@@ -47,7 +47,7 @@ impl Scatter {
         let mut targets = Vec::new();
         for like in entries.chunk_by(RelativeEntry::is_like) {
             for together in like.chunks(if elements < FEW { like.len() } else { 1 }) {
-                // σᵀΦ_qq has no part in K.
+                // σᵀΦ_qq does not contribute to K.
                 if like[0].entry.block != Block::PhiQq {
                     targets.extend(Target::all(together, elements, begin, &slots));
                 }
@@ -63,7 +63,7 @@ impl Scatter {
         alike(&targets, elements).into_iter().flat_map(of_range).collect()
     }
 
-    /// Of targets one behind the other.
+    /// Combines stacks of adjacent targets that have equal values.
     fn of_stacks(stacks: impl Iterator<Item = Vec<Target>>) -> Vec<Scatter> {
         let mut places = BTreeMap::<(Block, Vec<usize>), [Vec<Vec<u32>>; 2]>::new();
         for stack in stacks {
@@ -75,7 +75,7 @@ impl Scatter {
         places.into_iter().flat_map(|((block, begins), signed)| Scatter::at_places(block, &begins, signed)).collect()
     }
 
-    /// Numbers that are added at some places and subtracted at others: at one or two of either kind, or of both.
+    /// Splits additions and subtractions into parts with one or two places of either kind, or of both.
     fn at_places(block: Block, begins: &[usize], [mut plus, mut minus]: [Vec<Vec<u32>>; 2]) -> Vec<Scatter> {
         let (mut all, mut sign) = (Vec::new(), 1.0);
         while !plus.is_empty() || !minus.is_empty() {
@@ -92,10 +92,10 @@ impl Scatter {
         all
     }
 
-    /// Adds their values among those of all blocks to K(h).
+    /// Adds the values in `blocks` to K(h).
     pub fn add(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
         let factor = self.sign * self.block.in_tangent(h);
-        // Not 0 · x: at h = 0 derivatives of forces have no part in K, finite or not.
+        // Skipped rather than multiplied by zero: at h = 0, derivatives of forces do not contribute to K even if they are not finite.
         if factor == 0.0 {
             return;
         }
@@ -133,7 +133,7 @@ impl Scatter {
     }
 }
 
-/// Adds numbers one behind the other; the last one first, so that no other place need be looked for.
+/// Adds consecutive numbers; the last one first, so that the bounds are checked only once.
 #[inline(always)]
 fn add_run<const N: usize>(x: &[f64; N], slot: u32, values: &mut [f64]) {
     let first = slot as usize;
@@ -142,7 +142,7 @@ fn add_run<const N: usize>(x: &[f64; N], slot: u32, values: &mut [f64]) {
 }
 
 impl Target {
-    /// Those of like entries.
+    /// The targets of like entries.
     fn all(
         entries: &[RelativeEntry],
         elements: usize,
@@ -160,12 +160,12 @@ impl Target {
         all
     }
 
-    /// That of some elements.
+    /// The target restricted to a range of elements.
     fn part(&self, range: Range<usize>) -> Target {
         Target { begin: self.begin + range.start, slots: self.slots[range].to_vec(), ..*self }
     }
 
-    /// Whether each of its slots comes after that of another one, of the same block and sign.
+    /// Whether each slot follows the corresponding slot of another target with the same block and sign.
     fn is_behind(&self, other: &Target) -> bool {
         let is_next = |(own, other): (&u32, &u32)| *own == other + 1;
         (self.block, self.is_negative) == (other.block, other.is_negative)
@@ -174,7 +174,7 @@ impl Target {
     }
 }
 
-/// Ranges of elements, in each of which the slots of one element follow each other as those of any other do; all elements, if there are many such.
+/// Ranges of elements whose slots are adjacent in the same way; all elements as one range if there would be too many ranges.
 fn alike(targets: &[Target], elements: usize) -> Vec<Range<usize>> {
     let order = |e: usize| {
         let mut slots: Vec<(u32, usize)> = targets.iter().enumerate().map(|(k, target)| (target.slots[e], k)).collect();
@@ -192,7 +192,7 @@ fn alike(targets: &[Target], elements: usize) -> Vec<Range<usize>> {
     if ranges.len() <= 1 + elements / 8 { ranges } else { std::iter::once(0..elements).collect() }
 }
 
-/// Targets one behind the other: one, two or four.
+/// Groups adjacent targets into stacks of one, two or four.
 fn stacks(targets: impl Iterator<Item = Target>) -> Vec<Vec<Target>> {
     let mut by_slot = BTreeMap::<u32, Vec<Target>>::new();
     targets.for_each(|target| by_slot.entry(target.slots[0]).or_default().push(target));
@@ -207,7 +207,7 @@ fn stacks(targets: impl Iterator<Item = Target>) -> Vec<Vec<Target>> {
             let Some(at) = next.iter().position(|target| target.is_behind(last)) else { break };
             stack.push(next.swap_remove(at));
         }
-        // Three are two and one.
+        // Three are split into two and one.
         let rest = if stack.len() == 3 { stack.split_off(2) } else { Vec::new() };
         all.push(stack);
         all.extend((!rest.is_empty()).then_some(rest));
@@ -220,7 +220,7 @@ mod tests {
     use super::super::verify::Draw;
     use super::*;
 
-    /// Entries of a block of two points of the plane, of a chain of elements, with K by columns, by rows, by either, or as it comes.
+    /// Entries of a block of two points of the plane, in a chain of elements, with K sorted by columns, by rows, by either, or unsorted.
     #[test]
     fn numbers_that_are_added_together_are_added_where_each_belongs() {
         let entry = |block, [row, col]: [usize; 2], reference: [Option<usize>; 2]| RelativeEntry {

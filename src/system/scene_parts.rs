@@ -1,4 +1,4 @@
-//! All that a system is compiled of.
+//! The parts from which a system is compiled.
 
 use std::any::TypeId;
 use std::ops::Range;
@@ -19,12 +19,12 @@ pub(crate) struct Parts {
     pub(crate) groups: Vec<(String, Range<usize>)>,
     pub(crate) initial: Vec<f64>,
     pub(crate) controls: Vec<String>,
-    /// The names of what is computed of a motion beside J.
+    /// The names of the outputs that are computed in addition to J.
     pub(crate) outputs: Vec<String>,
-    /// Outputs that nothing is asked of unless it is said.
+    /// Outputs that are only reported; optimisers constrain them only when told to.
     pub(crate) looked_at: Vec<usize>,
     pub(crate) designs: Vec<(String, f64)>,
-    /// Expressions of them, of which parameters are made.
+    /// Expressions of the design variables, which may serve as parameters.
     pub(crate) expressions: Graph,
     /// Name and number of equations of each constraint.
     pub(crate) constraints: Vec<(String, usize)>,
@@ -33,12 +33,12 @@ pub(crate) struct Parts {
     pub(crate) sketch: Sketch,
     pub(crate) batches: Vec<Batch>,
     pub(crate) costs: Costs,
-    /// Parameters with a range of values that make sense, and their descriptions.
+    /// Parameters whose values are restricted to a range, with descriptions.
     pub(crate) positive: Vec<Required>,
 }
 
 impl Parts {
-    /// Adds an element to those of its type and coordinates.
+    /// Adds an element to the batch of its type and coordinates.
     pub(crate) fn push(&mut self, of: (TypeId, &'static [usize]), item: PlacedElement) {
         match self.batches.iter_mut().find(|batch| batch.of == of) {
             Some(batch) => batch.items.push(item),
@@ -47,7 +47,7 @@ impl Parts {
     }
 }
 
-/// A parameter that must be positive, or may be zero as well.
+/// A parameter that must be positive, or nonnegative if `may_be_zero`.
 #[derive(Clone)]
 pub(crate) struct Required {
     pub(crate) param: Param,

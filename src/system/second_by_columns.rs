@@ -1,5 +1,5 @@
-//! Second derivatives of an element one column after the other, along each coordinate and each velocity: all at once they are made of numbers with n² parts,
-//! and of more than some dozen coordinates these would fill the stack.
+//! Second derivatives of an element computed column by column, for each coordinate and velocity. Computing all at once needs numbers with n² parts,
+//! which would fill the stack if there are more than a few dozen coordinates.
 
 use super::formula::Component;
 use super::jet::ElementKind;
@@ -7,7 +7,7 @@ use super::shape::Shape;
 use super::typed::{OnNumbers, Read, Slot};
 use crate::number::{Slope, slope, with_slope};
 
-/// First derivatives, and the second ones into `blocks`, see [`Jet::blocks`](super::jet::Jet::blocks).
+/// Computes first derivatives, and writes second derivatives to `blocks`; see [`Jet::blocks`].
 pub fn by_columns(
     formula: &dyn OnNumbers<Slope>,
     (kind, Shape { n, m, .. }): (ElementKind, Shape),

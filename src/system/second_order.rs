@@ -1,4 +1,4 @@
-//! Third derivatives of 𝓛 and second ones of Q along a direction, element by element: what second-order sweeps are made of.
+//! Third derivatives of 𝓛 and second derivatives of Q along a direction, element by element, for second-order sweeps.
 
 use super::argument::Argument;
 use super::batch::{Covector, Sums};
@@ -10,13 +10,13 @@ use super::second_order_kernels::SecondOrderKernels;
 use super::view::NodeView;
 use crate::System;
 
-/// All elements of a scene that anything is to be computed of.
+/// The second-order equations of all elements of a scene.
 #[derive(Default)]
 pub(crate) struct SecondOrderEquations {
     layout: Layout,
-    /// Changes with the inputs, which are added among all sums.
+    /// Changes along the inputs, which are added to the sums.
     changes: Vec<ElementPrograms<usize>>,
-    /// The derivatives of D ψ, with respect to what, by which factor.
+    /// The derivatives of D ψ; each result has its argument and a factor.
     rows: Vec<ElementPrograms<(Argument, f64)>>,
     /// Elements that num-dual evaluates.
     dual: Vec<(usize, usize)>,
@@ -48,7 +48,7 @@ impl SecondOrderEquations {
         self.rows.iter_mut().for_each(|programs| programs.fix(parameters));
     }
 
-    /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt with the inputs u, t and b, without the controls of constant elements.
+    /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along the inputs u, t and b, except along the controls of constant elements.
     pub(crate) fn add_changes(
         &mut self,
         system: &System,
@@ -66,7 +66,7 @@ impl SecondOrderEquations {
         dual.iter().for_each(|&place| system.item(place).add_changes(at, along, sums));
     }
 
-    /// Adds the derivatives of D ψ, without those of sinusoidal elements by their states.
+    /// Adds the derivatives of D ψ, except those of sinusoidal elements with respect to the state.
     pub(crate) fn pull_back(
         &mut self,
         system: &System,

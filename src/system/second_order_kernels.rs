@@ -1,13 +1,13 @@
-//! [`SecondOrderKernels`]: the programs that second-order sweeps take from one formula.
+//! [`SecondOrderKernels`]: the programs of one formula for second-order sweeps.
 //!
-//! With D the derivative along a direction of all arguments and constants, and ψ = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt:
+//! Let D denote the derivative along a direction of all arguments and constants, and let ψ = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt:
 //!
 //! ```text
 //!   changes   D (𝓛_v, 𝓛_q + Q, dΦ/dt) along the inputs u, b and t alone
 //!   rows      the derivatives of D ψ with respect to every argument and constant
 //! ```
 //!
-//! What is done without a program is left out: changes along controls of an element that is constant, rows of the states of one that is sinusoidal.
+//! Parts that do not need a program are left out: changes along controls of a constant element, and rows of the states of a sinusoidal element.
 
 use super::derivatives::{Derivatives, components, without_zeros};
 use super::formula::{Component, Formula};
@@ -15,7 +15,7 @@ use super::shape::Shape;
 use super::typed::Slot;
 use crate::program::{Graph, Kernel, Node};
 
-/// The programs. Their parameters are those of the formula, then the factors of the constants.
+/// Programs of one formula for second-order sweeps. Their parameters are those of the formula, followed by the factors of the constants.
 pub struct SecondOrderKernels {
     pub changes: Kernel,
     pub components: Vec<Component>,
@@ -24,7 +24,7 @@ pub struct SecondOrderKernels {
 }
 
 impl SecondOrderKernels {
-    /// Of a formula that has a graph; `bound` says which constants are design variables.
+    /// Builds the programs if the formula has a graph; `bound` marks the constants that are design variables.
     pub fn new(formula: &Formula, bound: &[bool]) -> Option<Self> {
         let (template, shape) = (&formula.kernels.as_ref()?.template, formula.shape);
         let (mut graph, derivatives) = Derivatives::new(formula.kind, shape, template);
@@ -66,14 +66,14 @@ pub(super) type Tangent = (Node, Node);
 
 /// An argument and its rate.
 ///
-/// A start stays at its time, where a load may begin with an infinite slope: √t at t = 0.
+/// The initial time is fixed, so terms with a zero rate of t are dropped: a load may have an infinite slope there, such as √t at t = 0.
 pub(super) fn moving(graph: &mut Graph, shape: Shape, which: usize) -> Tangent {
     let place = shape.moving().position(|moving| moving == which).unwrap_or_default();
     let rate = graph.input(shape.rates() + place);
     (graph.input(which), if which == shape.t() { graph.unless_zero(rate) } else { rate })
 }
 
-/// The constants that are bound: their rates are those of what they are multiples of, times the factors.
+/// The bound constants with their rates: the rate of the design variable or expression, times the factor of the constant.
 pub(super) fn constants(graph: &mut Graph, (shape, bound): (Shape, &[bool]), parameters: usize) -> Vec<(Slot, Tangent)> {
     let bound = (0..shape.p).filter(|&p| bound[p]);
     Vec::from_iter(bound.map(|p| {
@@ -82,7 +82,7 @@ pub(super) fn constants(graph: &mut Graph, (shape, bound): (Shape, &[bool]), par
     }))
 }
 
-/// q, v and σ.
+/// The slots of q, v and σ.
 fn states(shape: Shape) -> Vec<Slot> {
     (0..shape.n).map(Slot::Q).chain((0..shape.n).map(Slot::V)).chain((0..shape.m).map(Slot::Sigma)).collect()
 }

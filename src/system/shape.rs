@@ -1,11 +1,11 @@
-//! The arguments of an element's formulas, numbered one after the other.
+//! The arguments of an element's formula, numbered consecutively.
 
 use super::typed::Slot;
 
-/// How many coordinates, equations, controls and constants an element has.
+/// The numbers of coordinates, equations, controls and constants of an element.
 ///
-/// Its arguments are numbered q (n), v (n), u (k), t; then σ (m), and c (n), d (n), e (m) of the adjoint; then the rates of q, v, σ, u and t, and those of the
-/// constants (p).
+/// Its arguments are numbered in the order q (n), v (n), u (k), t; σ (m); the adjoint variables c (n), d (n), e (m); the rates of q, v, σ, u
+/// and t; the rates of the constants (p).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Shape {
     pub n: usize,
@@ -14,7 +14,7 @@ pub struct Shape {
     pub p: usize,
 }
 
-/// One of these arguments.
+/// An argument of an element's formula or of its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     Q(usize),
@@ -63,7 +63,7 @@ impl Shape {
         self.rates() + self.sigma() + self.m
     }
 
-    /// The number of an argument of the plain formula; its constants come behind all others.
+    /// The number of an argument of the plain formula; the constants come after all others.
     pub const fn number(self, slot: Slot) -> usize {
         match slot {
             Slot::Q(i) => i,
@@ -75,12 +75,12 @@ impl Shape {
         }
     }
 
-    /// The arguments that have rates, in their order.
+    /// The numbers of the arguments that have rates, in the order of the rates.
     pub fn moving(self) -> impl Iterator<Item = usize> {
         (0..self.u()).chain(self.sigma()..self.c()).chain(self.u()..self.sigma())
     }
 
-    /// Which argument has a number.
+    /// The argument with a given number.
     pub fn place(self, which: usize) -> Place {
         match which {
             i if i < self.v() => Place::Q(i),

@@ -1,14 +1,14 @@
-//! Constraints that are sums of q_i, sin q_i and cos q_i: most planar joints, and nothing to differentiate at run time.
+//! Constraints that are sums of multiples of q_i, sin q_i and cos q_i. Most planar joints are of this form; nothing is differentiated at run time.
 //!
-//! Their graphs show them when the scene is compiled; their coefficients are computed once per set of design variables. With
-//! Φ_j = … + α sin q + β cos q for one coordinate q, v = q̇, and A = Σ_j σ_j α_j, B = Σ_j σ_j β_j over its equations,
+//! They are detected in the graphs when the scene is compiled; their coefficients are computed once per set of design variables. With
+//! Φ_j = … + α sin q + β cos q for one coordinate q, v = q̇, and A = Σ_j σ_j α_j, B = Σ_j σ_j β_j over the equations of q,
 //!
 //! ```text
 //!   Φ_q = α cos q − β sin q            (dΦ/dt)_q = −v (α sin q + β cos q)
 //!   𝓛_v += A cos q − B sin q =: s      𝓛_vq = 𝓛_qv = −(A sin q + B cos q) =: s′       𝓛_q += v s′       𝓛_qq = −v s
 //! ```
 //!
-//! The plain formulas hold these expressions to account in the tests.
+//! The tests compare these expressions with the plain formulas.
 
 use super::batch::{Covector, StateRows, Sums};
 use super::cost::CostRows;
@@ -24,43 +24,43 @@ pub struct SinusoidalTerm {
     pub cosine: f64,
 }
 
-// Indices are short, so that long chains stay in the processor's first cache.
+// Indices have 32 bits, so that the data of long chains stay in the first-level cache.
 
-/// One coordinate with all its equations.
+/// A coordinate and its data in all equations that contain its sine or cosine.
 #[derive(Clone, Debug)]
 struct Angle {
     coordinate: u32,
-    /// The place of its velocity in the solver's order.
+    /// The position of its velocity in the solver's order.
     position: u32,
-    /// Where K_vv of the coordinate is stored.
+    /// The slot of K_vv of the coordinate.
     diagonal: u32,
-    /// How many terms it has.
+    /// The number of terms.
     terms: u32,
-    /// Of the step at hand.
+    /// Sine and cosine known from the current step.
     known: Known,
 }
 
-/// One equation of an angle.
+/// The term of an angle in one equation.
 #[derive(Clone, Debug)]
 struct Term {
     equation: u32,
-    /// The place of its multiplier in the solver's order.
+    /// The position of the equation's multiplier in the solver's order.
     position: u32,
-    /// Where K_σv and K_vσ are stored.
+    /// The slots of K_σv and K_vσ.
     below: u32,
     beside: u32,
     sine: f64,
     cosine: f64,
 }
 
-/// All sinusoidal constraints of a scene, by coordinate: the terms of the first angle, those of the second, …
+/// All sinusoidal constraints of a scene, sorted by coordinate: the terms of the first angle, those of the second, …
 #[derive(Clone, Debug, Default)]
 pub struct Sines {
     angles: Vec<Angle>,
     terms: Vec<Term>,
 }
 
-/// What is kept of an angle at a node: v and, of the sums over its equations, s and s′.
+/// Stored state of an angle at a node: sine, cosine, v, and the sums s and s′ over its equations.
 #[derive(Clone, Copy, Debug, Default)]
 struct State {
     sin: f64,
@@ -70,7 +70,7 @@ struct State {
     s_prime: f64,
 }
 
-/// The length of a state among the blocks.
+/// The length of a state in the blocks.
 const STATE: usize = 5;
 
 impl State {
@@ -94,7 +94,7 @@ impl Term {
     }
 }
 
-/// The terms of an angle, from the first of those that are left.
+/// Splits off the terms of an angle, which come first in `later`.
 #[inline(always)]
 fn take<'a>(later: &mut &'a [Term], angle: &Angle) -> &'a [Term] {
     let (own, rest) = later.split_at(angle.terms as usize);
@@ -102,7 +102,7 @@ fn take<'a>(later: &mut &'a [Term], angle: &Angle) -> &'a [Term] {
     own
 }
 
-/// A = Σ x_j α_j and B = Σ x_j β_j over the equations of an angle.
+/// A = Σ x_j α_j and B = Σ x_j β_j over the terms of an angle.
 #[inline(always)]
 fn sums(terms: &[Term], x: &[f64]) -> [f64; 2] {
     terms.iter().fold([0.0; 2], |[a, b], term| {
@@ -111,7 +111,7 @@ fn sums(terms: &[Term], x: &[f64]) -> [f64; 2] {
     })
 }
 
-/// Where the unknowns and the entries of K are stored; unknown n + j is the multiplier of equation j.
+/// The positions of the unknowns and the slots of the entries of K; unknown n + j is the multiplier of equation j.
 pub struct Places<P, S> {
     pub n: usize,
     pub position: P,
@@ -119,7 +119,7 @@ pub struct Places<P, S> {
 }
 
 impl Sines {
-    /// Sorts waves by coordinate.
+    /// Sorts the terms by coordinate.
     pub fn new<P: Fn(usize) -> usize, S: Fn(usize, usize) -> usize>(
         mut waves: Vec<SinusoidalTerm>,
         places: &Places<P, S>,
@@ -151,7 +151,7 @@ impl Sines {
         sines
     }
 
-    /// Takes over coefficients for other design variables; the waves are those of `new`, in any order.
+    /// Sets the coefficients for other design variables; the terms are those given to `new`, in any order.
     pub fn set_coefficients(&mut self, waves: &mut [SinusoidalTerm]) {
         waves.sort_by_key(|wave| (wave.coordinate, wave.equation));
         for (term, wave) in self.terms.iter_mut().zip(waves) {
@@ -169,7 +169,7 @@ impl Sines {
         self.angles.len()
     }
 
-    /// The length of what is kept of a node.
+    /// The length of the states of all angles at a node.
     pub fn block_len(&self) -> usize {
         STATE * self.angles.len()
     }
@@ -180,7 +180,7 @@ impl Sines {
         self.angles.iter().zip(states).map(move |(angle, state)| (angle, take(&mut later, angle), state))
     }
 
-    /// Forgets sines and cosines, so that a step does not depend on what was computed before.
+    /// Clears the stored sines and cosines, so that a step does not depend on earlier computations.
     pub fn forget(&mut self) {
         self.angles.iter_mut().for_each(|angle| angle.known = Known::NONE);
     }
@@ -207,7 +207,7 @@ impl Sines {
         }
     }
 
-    /// Adds what is not linear of Φ.
+    /// Adds the nonlinear part of Φ.
     pub fn add_phi(&self, blocks: &[f64], phi: &mut [f64]) {
         for (_, terms, at) in self.each(blocks) {
             terms.iter().for_each(|term| phi[term.equation as usize] += term.sine * at.sin + term.cosine * at.cos);
@@ -221,7 +221,7 @@ impl Sines {
         }
     }
 
-    /// Adds K(h): h² v s on the diagonal, and beside it, with θ = h v,
+    /// Adds K(h): h² v s on the diagonal, and off the diagonal, with θ = h v,
     ///
     /// ```text
     ///   Φ_q ± h (dΦ/dt)_q = α (cos q ∓ θ sin q) − β (sin q ± θ cos q)
@@ -277,7 +277,7 @@ impl Sines {
         }
     }
 
-    /// The changes of 𝓛_q alone.
+    /// Adds the change of 𝓛_q alone along a direction.
     pub fn push_forward_to_force(&self, blocks: &[f64], along: &NodeView<f64>, force: &mut [f64]) {
         for (angle, terms, at) in self.each(blocks) {
             let i = angle.coordinate as usize;
@@ -286,8 +286,8 @@ impl Sines {
         }
     }
 
-    /// Adds the derivatives with respect to the state of the change of ψ = c·𝓛_v + d·𝓛_q + e·dΦ/dt along a direction: with ŝ and ŝ′ as s and s′, of e
-    /// in the place of σ, and ṡ and ṡ′ of the direction's σ,
+    /// Adds the derivatives, with respect to the state, of the change of ψ = c·𝓛_v + d·𝓛_q + e·dΦ/dt along a direction. With ŝ and ŝ′ as s and s′ but
+    /// with e in the place of σ, and with ṡ and ṡ′ those of the direction's σ,
     ///
     /// ```text
     ///   ψ_q = c s′ − d v s + v ŝ′      ψ_v = d s′ + ŝ      ψ_σ = c Φ_q + d (dΦ/dt)_q
@@ -296,7 +296,7 @@ impl Sines {
         for (angle, terms, at) in self.each(blocks) {
             let i = angle.coordinate as usize;
             let (q, v, c, d) = (along.q[i], along.v[i], with.c[i], with.d[i]);
-            // ψ_σ = α of_sine + β of_cosine, changed.
+            // The change of ψ_σ = α of_sine + β of_cosine.
             let of_sine = -c * at.sin * q - d * (v * at.sin + at.v * at.cos * q);
             let of_cosine = -c * at.cos * q - d * (v * at.cos - at.v * at.sin * q);
             for term in terms {
@@ -311,7 +311,7 @@ impl Sines {
         }
     }
 
-    /// Subtracts the adjoint rows ∂v + h ∂q and ∂σ of c = e = 0, in the solver's order.
+    /// Subtracts the adjoint rows ∂v + h ∂q and ∂σ for c = e = 0, in the solver's order.
     pub fn subtract_force_rows(&self, blocks: &[f64], h: f64, d: &[f64], right: &mut [f64]) {
         for (angle, terms, at) in self.each(blocks) {
             let d = d[angle.coordinate as usize];
@@ -338,7 +338,7 @@ impl Sines {
 mod tests {
     use super::*;
 
-    /// Two angles in three equations, and a state of each.
+    /// Two angles in three equations, and one state for each angle.
     fn sample() -> (Sines, [f64; 2 * STATE]) {
         let wave = |coordinate, equation, sine, cosine| SinusoidalTerm { coordinate, equation, sine, cosine };
         let waves = vec![wave(2, 1, 0.3, -0.4), wave(0, 0, 0.5, 0.7), wave(2, 0, -0.2, 0.9), wave(0, 2, 0.0, 1.1)];

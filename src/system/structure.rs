@@ -1,6 +1,6 @@
-//! The pattern of the tangent matrix K, found once when a scene is compiled.
+//! The sparsity pattern of the tangent matrix K, analysed once when a scene is compiled.
 //!
-//! Unknowns are numbered v (n), then σ (m). An entry is constant, or is written by an element at every iteration.
+//! Unknowns are numbered v (n), then σ (m). An entry is either constant or computed by an element at every iteration.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -20,14 +20,14 @@ use crate::System;
 use crate::linear::{Pattern, Symbolic};
 
 impl Formulas {
-    /// Tells every varying element where its entries of K are stored.
+    /// Assigns storage for the entries of K to every varying element.
     pub(super) fn new(elements: Vec<Element>, layout: Layout, symbolic: &Symbolic) -> Self {
-        // Row and column of a varying entry vary, so neither is condensed.
+        // Row and column of a varying entry are varying unknowns, so neither is condensed.
         let assembly = Assembly::new(&elements, layout, &|row, col| symbolic.slot(row, col).unwrap_or_default());
         Formulas { elements, assembly }
     }
 
-    /// The constant derivatives for the design variables of a start, and what programs compute once.
+    /// Computes the constant derivatives for the design variables of an initial state, and runs all preludes.
     pub(crate) fn set_design(&self, design: &[f64], into: &mut Constants, workspace: &mut Workspace) {
         constants(&self.elements, design, into);
         self.assembly.fix(|e| self.elements[e].parameters(design), workspace);
@@ -40,15 +40,15 @@ fn constants(elements: &[Element], design: &[f64], into: &mut Constants) {
     into.compress();
 }
 
-/// What is known of K when a scene has been compiled.
+/// Result of the analysis of K.
 pub(super) struct Analysis {
     pub(super) symbolic: Symbolic,
     pub(super) sines: Sines,
-    /// The constraint equations that close loops: the only ones that can depend on others.
+    /// The constraint equations that close loops; only these can depend on other equations.
     pub(super) loop_equations: Vec<usize>,
 }
 
-/// Analyses K.
+/// Analyses K at the initial position of a scene.
 pub(super) fn analyse(
     (elements, batches): (&[Element], &[Batch]),
     blocks: &[Range<usize>],
@@ -58,7 +58,7 @@ pub(super) fn analyse(
     let (mut entries, mut constant) = entries(elements, (n, m));
     let mut values = Constants::new(n);
     constants(elements, at.design, &mut values);
-    // What has no inertia of its own has no pivot ahead of what determines it.
+    // A coordinate without inertia of its own has no pivot before other unknowns are eliminated, so it is not condensed.
     let mut inertia = vec![0.0; n];
     let diagonal = values.tangent().filter(|(row, col, power, _)| row == col && *power == 0 && *row < n);
     diagonal.for_each(|(i, _, _, value)| inertia[i] += value);
@@ -66,7 +66,7 @@ pub(super) fn analyse(
     varying.flat_map(|element| &element.q).for_each(|&i| inertia[i] = f64::INFINITY);
     inertia.iter().zip(&mut constant).for_each(|(inertia, constant)| *constant &= *inertia != 0.0);
     let Groups { groups, loop_equations } = groups::groups((elements, batches), (blocks, &inertia), (n, m), at);
-    // Room for a compliance, should the loops depend on each other.
+    // Diagonal entries for compliances, in case the loop equations are dependent.
     for &j in &loop_equations {
         entries.push((n + j, n + j));
         constant[n + j] = false;
@@ -78,7 +78,7 @@ pub(super) fn analyse(
     Analysis { symbolic, sines, loop_equations }
 }
 
-/// Structural nonzeros of K, and which unknowns have only constant entries in row and column, and equations that are linear in the state.
+/// Structural nonzeros of K, and for each unknown whether its row and column are constant and its equations are linear in the state.
 fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>, Vec<bool>) {
     let (mut entries, mut constant) = (Vec::new(), vec![true; n + m]);
     for element in elements {
@@ -100,8 +100,8 @@ fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>
 }
 
 impl System {
-    /// All coordinates in a few lists, of which none holds two coordinates of one element of these kinds; of kinetic energies: M couples none of a list with
-    /// another.
+    /// Partitions the coordinates into a few lists such that no list contains two coordinates of one element of these kinds. For kinetic energies, M
+    /// does not couple coordinates of one list.
     pub(crate) fn uncoupled_coordinates(&self, kinds: &[ElementKind]) -> Vec<Vec<usize>> {
         let elements = self.formulas.elements.iter().filter(|element| kinds.contains(&element.kind()));
         let energies: Vec<&[usize]> = elements.map(|element| element.q.as_slice()).collect();

@@ -1,6 +1,6 @@
-//! An element on some of its coordinates: the others, of the ground or the angle of a particle, are held at zero.
+//! An element on a subset of its coordinates; the others (those of the ground, or the angle of a particle) are fixed at zero.
 //!
-//! It is the same formula, and nothing more is compiled for it.
+//! The element uses the same formula, and no further code is compiled.
 
 use std::sync::Arc;
 
@@ -10,18 +10,18 @@ use super::shape::Shape;
 use super::typed::{AnyElement, OnNumbers, Read, Slot, Values};
 use crate::Scalar;
 
-/// Second derivatives of elements of two bodies with at most this many equations are made room for beforehand.
+/// Second derivatives of elements of two bodies with at most this many equations are stored in an array of fixed length.
 const EQUATIONS: usize = 6;
 const ROOM: usize = ElementKind::Holonomic.length(6, EQUATIONS);
 
-/// An element and the coordinates that are there, by its own numbers.
+/// An element, and the numbers (within the element) of the coordinates that are present.
 pub struct Restricted {
     pub inner: Arc<dyn AnyElement>,
     pub there: &'static [usize],
 }
 
 impl Restricted {
-    /// The place of a coordinate among those that are there.
+    /// The index of a coordinate among those that are present.
     fn place(&self, i: usize) -> Option<usize> {
         self.there.iter().position(|&there| there == i)
     }
@@ -35,7 +35,7 @@ impl Restricted {
         }
     }
 
-    /// Puts the components of coordinates that are there.
+    /// Passes on the components of coordinates that are present.
     fn put_there<R>(&self, put: &mut dyn FnMut(Component, R)) -> impl FnMut(Component, R) {
         move |of, x| {
             let there = match of {
@@ -49,7 +49,7 @@ impl Restricted {
         }
     }
 
-    /// Takes the blocks of the coordinates that are there out of those of all, each n × n, of equations m × n.
+    /// Extracts the blocks of the coordinates that are present from those of all coordinates: n × n, or m × n for equations.
     fn select(&self, all: &[f64], blocks: &mut [f64]) {
         let (kind, Shape { n, m, .. }, own) = (self.inner.kind(), self.inner.shape(), self.there);
         let (squares, rectangles) = all.split_at(kind.squares() * n * n);
@@ -82,7 +82,7 @@ where
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
         let mut count = 0;
         let mut put_there = |value| {
-            // A force has a value for each coordinate.
+            // A force has one component per coordinate.
             let is_there = self.inner.kind() != ElementKind::Applied || self.place(count).is_some();
             count += 1;
             if is_there {

@@ -1,6 +1,6 @@
-//! An element behind a trait that knows nothing of its type: the only code that is compiled for each type of element.
+//! An element behind a trait that hides its type; only this code is compiled for each type of element.
 //!
-//! What derivatives are made of, where they go and what is done with them is the same for all elements, and stands in [`item`](super::item).
+//! The code that builds derivatives and adds them to the sums is shared by all elements; see [`item`](super::item).
 
 use nalgebra::SVector;
 use num_traits::Zero;
@@ -13,10 +13,10 @@ use crate::number::{Fingerprint, Hyper, Slope};
 use crate::program::Symbol;
 use crate::{Cx, Scalar};
 
-/// Elements of more coordinates than these have their second derivatives column by column.
+/// The second derivatives of elements with more coordinates are computed column by column.
 const WIDE: usize = 24;
 
-/// An argument of an element's formula, by the element's own number.
+/// An argument of an element's formula, numbered within the element.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
     Q(usize),
@@ -27,23 +27,23 @@ pub enum Slot {
     B(usize),
 }
 
-/// Gives the arguments of a formula.
+/// Reads the arguments of a formula.
 pub type Read<'a, R> = &'a dyn Fn(Slot) -> R;
 
-/// An element's contributions on numbers of type R: the plain formula.
+/// The contributions of an element, by its plain formula on numbers of type R.
 pub trait OnNumbers<R> {
-    /// 𝓛_v, 𝓛_q + Q and dΦ/dt.
+    /// Passes 𝓛_v, 𝓛_q + Q and dΦ/dt to `put`.
     fn first(&self, read: Read<R>, put: &mut dyn FnMut(Component, R));
-    /// Φ.
+    /// Passes Φ to `put`.
     fn phi(&self, read: Read<R>, put: &mut dyn FnMut(usize, R));
 }
 
-/// The formula itself, T, V, Q or Φ, on numbers of type S.
+/// The formula (T, V, Q or Φ) on numbers of type S.
 pub trait Values<S> {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S));
 }
 
-/// An element, whatever its type.
+/// An element of any type.
 pub trait AnyElement:
     OnNumbers<f64>
     + OnNumbers<Cx>
@@ -57,7 +57,7 @@ pub trait AnyElement:
 {
     fn kind(&self) -> ElementKind;
     fn shape(&self) -> Shape;
-    /// First derivatives, and the second ones into `blocks`, see [`Jet::blocks`].
+    /// Computes first derivatives, and writes second derivatives to `blocks`; see [`Jet::blocks`].
     fn blocks(&self, read: Read<f64>, put: &mut dyn FnMut(Component, f64), blocks: &mut [f64]);
 }
 
@@ -115,7 +115,7 @@ impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P
     }
 }
 
-/// A vector by its components: `SVector::from_fn` in a few lines. Functions that know sizes alone call it, so that it is not compiled for each element.
+/// Builds a vector from its components, as `SVector::from_fn`. Called by functions that are generic over sizes only, so not compiled per element.
 #[inline(always)]
 pub fn vector<R: nalgebra::Scalar + Copy + Zero, const N: usize>(of: impl Fn(usize) -> R) -> SVector<R, N> {
     let mut values = [R::zero(); N];
@@ -125,7 +125,7 @@ pub fn vector<R: nalgebra::Scalar + Copy + Zero, const N: usize>(of: impl Fn(usi
     SVector::from(values)
 }
 
-/// The same function of all components; not `map`, for the same reason.
+/// Applies a function to all components; used instead of `map`, so that it is not compiled per element.
 pub fn each<R: Copy, S: nalgebra::Scalar + Copy + Zero, const N: usize>(x: &SVector<R, N>, of: fn(R) -> S) -> SVector<S, N> {
     vector(|i| of(x[i]))
 }
@@ -137,7 +137,7 @@ fn arguments<R: nalgebra::Scalar + Copy + Zero, const N: usize, const M: usize, 
     (Local { q, v, sigma, u, t: read(Slot::T) }, slots(read, Slot::B))
 }
 
-/// The arguments of one kind; compiled for each number of them, not for each element.
+/// Reads the arguments of one kind; compiled once per number of arguments rather than per element.
 fn slots<R: nalgebra::Scalar + Copy + Zero, const N: usize>(read: Read<R>, of: fn(usize) -> Slot) -> SVector<R, N> {
     vector(|i| read(of(i)))
 }

@@ -1,4 +1,4 @@
-//! Programs held to num-dual on the plain formula, which is the truth: in debug builds whenever a scene is compiled, and in tests.
+//! Comparison of programs with num-dual on the plain formula, which is the reference: in debug builds whenever a scene is compiled, and in tests.
 
 use super::batch::{Covector, Sums};
 use super::block::BlockEntry;
@@ -9,7 +9,7 @@ use super::jet::ElementKind;
 use super::point::Layout;
 use super::view::{NodeValues, NodeView};
 
-/// Random numbers of a linear congruential generator, between −1 and 1; the same ones every time.
+/// Pseudorandom numbers between −1 and 1 from a linear congruential generator with a fixed seed.
 pub(super) struct Draw(pub u64);
 
 impl Draw {
@@ -23,24 +23,24 @@ impl Draw {
     }
 }
 
-/// What two ways of computing gave.
+/// The results of the two ways of computing a number.
 pub(super) struct Compared {
     pub program: f64,
     pub dual: f64,
 }
 
-/// Any rates of controls and time will do.
+/// An arbitrary rate of the controls and of time.
 const RATE_OF_CONTROL: f64 = 0.37;
 const RATE_OF_TIME: f64 = 1.3;
 
-/// Rates of so many controls and of the others: of q, v and σ these are d, c and e.
+/// Rates of the controls and of the state: those of q, v and σ are d, c and e.
 fn rates(controls: usize, with: &Covector) -> NodeValues<f64> {
     let u = vec![RATE_OF_CONTROL; controls];
     NodeValues::of_equations(&NodeView::of_equations([with.d, with.c, with.e], (&u, RATE_OF_TIME, &[])), |x| x)
 }
 
 impl PlacedElement {
-    /// All that an element's programs compute, beside the same by dual numbers, at a point of its scene.
+    /// All results of an element's programs, paired with those of dual numbers, at a point of its scene.
     pub(super) fn compare(&self, element: &Element, at: &NodeValues<f64>, with: &Covector) -> Vec<Compared> {
         let (formula, shape) = (&element.formula, element.formula.shape);
         let Some(kernels) = &formula.kernels else { return Vec::new() };
@@ -74,7 +74,7 @@ impl PlacedElement {
         for (of, value) in kernels.components.iter().zip(components.iter().copied()).chain(negatives) {
             *self.place(*of, &mut own) += value;
         }
-        // What a constraint's linear columns contribute stands elsewhere.
+        // The contributions of a constraint's linear columns are added separately.
         let [l_v, _, phi_dot] = own.parts_mut();
         for (entry, value) in formula.fixed.iter().zip(&fixed).filter(|(entry, _)| entry.block.has_equations()) {
             let [row, col] = element.row_and_col(entry);
@@ -99,10 +99,10 @@ impl PlacedElement {
         program.into_iter().zip(dual).map(|(program, dual)| Compared { program, dual }).collect()
     }
 
-    /// Whether programs and dual numbers agree at points around one, as far as rounding lets them: among numbers of moderate size.
+    /// Whether programs and dual numbers agree to rounding at points near `at`; true if numbers of extreme magnitude prevent a comparison.
     pub(super) fn agrees(&self, element: &Element, at: &NodeView<f64>) -> bool {
         let (mut draw, mut point) = (Draw(1), NodeValues::of_equations(at, |x| x));
-        // Where |x| has its kink either slope is right.
+        // Avoids the kink of |x|, where either slope is correct.
         point.design.iter_mut().filter(|b| **b == 0.0).for_each(|b| *b = 0.3 * draw.number());
         let is_moderate = |x: &f64| *x == 0.0 || (1e-3..1e3).contains(&x.abs());
         let is_near = element.q.iter().all(|&i| at.q[i].abs() <= 10.0);
@@ -121,10 +121,10 @@ impl PlacedElement {
 }
 
 const LARGE: f64 = 1e6;
-/// Numbers below this are taken for rounding of larger ones that vanished from the result.
+/// Smaller numbers may be rounding errors of larger terms that cancelled.
 const SMALL: f64 = 1e-3;
 
-/// Whether two ways agree to a fraction of the largest number; where that is not moderate, nothing can be said.
+/// Whether both ways agree relative to the largest number; true if that number is too large for a comparison.
 fn agree(pairs: &[Compared], tolerance: f64) -> bool {
     let largest = pairs.iter().fold(0.0, |size: f64, pair| size.max(pair.dual.abs()).max(pair.program.abs()));
     let is_close = |pair: &Compared| (pair.program - pair.dual).abs() <= tolerance * largest.max(SMALL);

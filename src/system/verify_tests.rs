@@ -1,4 +1,4 @@
-//! Programs of thousands of random formulas, and of all functions, against num-dual on the same formulas.
+//! Programs of all functions and of thousands of random formulas, compared with num-dual on the same formulas.
 
 use nalgebra::SVector;
 use std::sync::Arc;
@@ -18,13 +18,13 @@ use super::{Applied, Holonomic, Kinetic, Potential};
 use crate::model::{Design, Param, SceneTag};
 use crate::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scalar};
 
-/// A formula as a list of operations on what was computed before; it is made at random, and evaluated on any numbers.
+/// A random formula: a list of operations on earlier results, which can be evaluated on any number type.
 #[derive(Clone, Debug)]
 pub(super) struct Random {
     operations: Vec<(usize, [usize; 2], f64)>,
 }
 
-/// The number of operations to choose from.
+/// The number of kinds of operations.
 const KINDS: usize = 40;
 
 fn operate<S: Scalar>(kind: usize, x: S, y: S, c: f64) -> S {
@@ -59,7 +59,7 @@ fn operate<S: Scalar>(kind: usize, x: S, y: S, c: f64) -> S {
         28 => positive.recip(),
         29 => positive.powf(3.0 * c),
         30 => (x + c).powi((4.0 * c) as i32 + 1),
-        // Not of a zero, whose sign decides, nor one over zero.
+        // Avoids the angle of a zero, which depends on its sign, and one over zero.
         31 => (x + c).atan2(y),
         32 => x.hypot(y),
         33 => x.abs(),
@@ -87,7 +87,7 @@ impl Random {
         values
     }
 
-    /// The last values, each with something of all inputs.
+    /// The last values, which depend on all inputs.
     pub(super) fn last<S: Scalar, const M: usize>(&self, inputs: &[S]) -> SVector<S, M> {
         let values = self.values(inputs);
         SVector::from_fn(|j, _| values[values.len() - 1 - j])
@@ -118,7 +118,7 @@ impl Constraint<3, 2, 2> for Random {
     }
 }
 
-/// An element on coordinates, multipliers and controls of its own.
+/// An element with its own coordinates, multipliers and controls.
 fn placed<J, const N: usize, const M: usize, const K: usize, const P: usize>(
     jet: J,
     there: &'static [usize],
@@ -142,13 +142,13 @@ where
     }
 }
 
-/// What a comparison was worth: how many points say something, and whether derivatives stand for others as well.
+/// Summary of a comparison: the number of conclusive points, and whether some derivatives represent others.
 pub(super) struct Held {
     pub(super) points: usize,
     pub(super) is_relative: bool,
 }
 
-/// Compares a formula as one kind of element at random points.
+/// Compares a formula, as one kind of element, at random points.
 pub(super) fn hold<J, const N: usize, const M: usize, const K: usize, const P: usize>(
     (jet, there): (J, &'static [usize]),
     draw: &mut Draw,
@@ -177,7 +177,7 @@ where
         let (c, d, e) = (draw.numbers(n), draw.numbers(n), draw.numbers(M));
         let compare = |at: &NodeValues<f64>| element.compare(&recorded, at, &Covector { c: &c, d: &d, e: &e });
         let pairs = compare(&point);
-        // How far rounding can reach: what a relative change of 1e-11 of every argument does.
+        // Estimates the effect of rounding: the change of the result for relative changes of 1e-11 of every argument.
         let mut noise = 0.0f64;
         for _ in 0..3 {
             let mut nearby = point.clone();
@@ -202,7 +202,7 @@ pub(super) fn bound() -> Param {
     Param::from(Design(SceneTag::default().handle(0))).resolve(&[0.0.into(); 3], &mut |_| 0)
 }
 
-/// Holds the coefficients of a sum of sines to its slopes at a random angle.
+/// Compares the coefficients of a sinusoidal constraint with its slopes at a random angle.
 fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) {
     let Some(kernels) = element.formula.kernels.as_ref().filter(|_| element.formula.sinusoidal) else { return };
     let (parameters, angle) = (element.parameters(design), 3.0 * draw.number());
@@ -219,9 +219,9 @@ fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) 
     }
 }
 
-/// Holds the programs of an element with `P` constants to num-dual: with numbers, with zeros among them, and with one that is bound.
+/// Compares the programs of an element with `P` constants with num-dual: for numbers, for some zeros, and for one bound constant.
 ///
-/// Of its coordinates only those in `there` are there, all if it is empty.
+/// Only the coordinates in `there` are present, or all if it is empty.
 pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, const P: usize>(
     make: impl Fn() -> J,
     there: &'static [usize],
@@ -231,7 +231,7 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
 {
     let mut draw = Draw(name.len() as u64);
     let (mut said, mut tried) = (0, 0);
-    // All combinations of few constants; of many, those of which each alone is bound, and some.
+    // All combinations of few constants; otherwise each constant bound alone, and some further combinations.
     let few = |zeros: &usize| P <= 6 || zeros.count_ones() <= 1 || zeros.is_multiple_of(61);
     for zeros in (0..1usize << P).filter(few) {
         tried += 1;
@@ -246,7 +246,7 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
     assert!(said > 2 * tried, "{name}: {said} points of {}", 4 * tried);
 }
 
-/// Angles of directions that lie on the cut, where zeros have signs.
+/// Angles of directions on the branch cut, where the sign of a zero matters.
 struct OnTheCut;
 
 impl Force<2, 0, 1> for OnTheCut {

@@ -1,4 +1,4 @@
-//! [`NodeView`]: what formulas may depend on, at one node or stage; [`NodeValues`]: the same in lists of its own.
+//! [`NodeView`]: the quantities at a node or stage that formulas may depend on. [`NodeValues`]: the same quantities with owned lists.
 
 use num_traits::Zero;
 
@@ -7,34 +7,34 @@ use num_traits::Zero;
 pub struct NodeView<'a, R> {
     pub q: &'a [R],
     pub v: &'a [R],
-    /// p* and ṗ* are for costs alone: empty where equations are evaluated.
+    /// p* and ṗ*, which only costs use; empty when equations are evaluated.
     pub p_star: &'a [R],
     pub p_star_dot: &'a [R],
-    /// v̇ and λ, for costs that depend on them: empty elsewhere.
+    /// v̇ and λ, for costs that depend on them; otherwise empty.
     pub v_dot: &'a [R],
     pub lambda: &'a [R],
     pub sigma: &'a [R],
     pub u: &'a [R],
-    /// u̇, likewise.
+    /// u̇, for costs that depend on it; otherwise empty.
     pub u_dot: &'a [R],
     pub t: R,
-    /// Design variables, then the expressions of them that are parameters of elements.
+    /// The parameters of elements: the design variables, followed by expressions of them.
     pub design: &'a [R],
 }
 
 impl<'a, R> NodeView<'a, R> {
-    /// What the equations depend on: (q, v, σ), and u, t and the design variables.
+    /// A view of (q, v, σ), and of u, t and the design variables, for the evaluation of equations.
     #[inline]
     pub fn of_equations([q, v, sigma]: [&'a [R]; 3], (u, t, design): (&'a [R], R, &'a [R])) -> Self {
         NodeView { q, v, p_star: &[], p_star_dot: &[], v_dot: &[], lambda: &[], sigma, u, u_dot: &[], t, design }
     }
 
-    /// What the equations depend on alone.
+    /// The same view without the quantities that only costs use.
     pub fn without_momenta(self) -> Self {
         NodeView { p_star: &[], p_star_dot: &[], v_dot: &[], lambda: &[], u_dot: &[], ..self }
     }
 
-    /// The same state with these controls and design variables.
+    /// The same state with other controls and design variables.
     #[inline]
     pub fn with_inputs(self, (u, design): (&'a [R], &'a [R])) -> Self {
         NodeView { u, design, ..self }
@@ -47,7 +47,7 @@ impl<'a, R> NodeView<'a, R> {
     }
 }
 
-/// The same in lists of its own: other numbers, or one part of all of them.
+/// The quantities of a [`NodeView`] with owned lists, for example on another number type.
 #[derive(Clone, Debug)]
 pub struct NodeValues<R> {
     pub q: Vec<R>,
@@ -56,12 +56,12 @@ pub struct NodeValues<R> {
     pub u: Vec<R>,
     pub t: R,
     pub design: Vec<R>,
-    /// p*, ṗ*, v̇, λ and u̇, for costs alone.
+    /// p*, ṗ*, v̇, λ and u̇, which only costs use.
     pub of_costs: [Vec<R>; 5],
 }
 
 impl<R: Copy> NodeValues<R> {
-    /// For n coordinates, m equations, k controls and so many parameters.
+    /// Zeros for n coordinates, m equations, k controls and `designs` parameters.
     pub fn zeros((n, m, k): (usize, usize, usize), designs: usize) -> Self
     where
         R: Zero,
@@ -70,14 +70,14 @@ impl<R: Copy> NodeValues<R> {
         NodeValues { q, v, sigma, u, t: R::zero(), design, of_costs: Default::default() }
     }
 
-    /// What the equations depend on, number by number.
+    /// Converts the arguments of the equations, number by number.
     pub fn of_equations<S: Copy>(at: &NodeView<S>, number: impl Fn(S) -> R) -> Self {
         let list = |x: &[S]| x.iter().map(|x| number(*x)).collect();
         let [q, v, sigma, u, design] = [at.q, at.v, at.sigma, at.u, at.design].map(list);
         NodeValues { q, v, sigma, u, t: number(at.t), design, of_costs: Default::default() }
     }
 
-    /// With what costs may depend on besides.
+    /// Converts the arguments of the equations and of costs, number by number.
     pub fn of_costs<S: Copy>(at: &NodeView<S>, number: impl Fn(S) -> R) -> Self {
         let of_costs = [at.p_star, at.p_star_dot, at.v_dot, at.lambda, at.u_dot];
         let of_costs = of_costs.map(|x| x.iter().map(|x| number(*x)).collect());

@@ -3,7 +3,7 @@
 use crate::model::element::Sum;
 use crate::number::Real;
 
-/// The steps beside a node whose weights count: one after the other where costs depend on u̇, which jumps from one to the next.
+/// The steps next to a node whose weights are counted; one at a time if costs depend on u̇, which jumps from one step to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beside {
     Both,
@@ -12,12 +12,12 @@ pub enum Beside {
 }
 
 impl Beside {
-    /// Those at a node of so many.
+    /// The sides that are counted at a node, for a grid of `nodes` nodes.
     pub fn of(node: usize, nodes: usize, jumps: bool) -> &'static [Beside] {
         if jumps && node > 0 && node + 1 < nodes { &[Beside::Before, Beside::After] } else { &[Beside::Both] }
     }
 
-    /// The step that u̇ is of, by the node at its end.
+    /// The step to which u̇ belongs, numbered by the node at its end.
     pub fn step(self, node: usize) -> usize {
         if self == Beside::After { node + 1 } else { node.max(1) }
     }
@@ -34,9 +34,9 @@ impl Beside {
 /// The factor of h_i for each way of summing, at one node or stage.
 #[derive(Clone, Copy, Debug)]
 pub struct Weights<R> {
-    /// Those of rules that know of the given nodes alone, at such a node.
+    /// The factors of rules that use only the given nodes; `None` elsewhere.
     pub given: Option<GivenWeights<R>>,
-    /// Δt b_s of the stages that are here.
+    /// Δt b_s, summed over the stages at this point.
     pub integral: R,
     /// The steps that are counted.
     pub side: Beside,
@@ -45,7 +45,7 @@ pub struct Weights<R> {
 /// The factors at a given node.
 #[derive(Clone, Copy, Debug)]
 pub struct GivenWeights<R> {
-    /// Its number; none where another motion counts what is at this node alone.
+    /// The number of the node; `None` if costs at this single node are counted in another motion.
     pub node: Option<usize>,
     pub plain: R,
     pub rectangle: R,
@@ -59,12 +59,12 @@ impl<R: Real> Weights<R> {
         Weights { given: None, integral, side: Beside::Before }
     }
 
-    /// The given node that this is, if it is one and what is at it alone counts.
+    /// The number of the given node at this point, if costs at this single node are counted.
     pub fn node(&self) -> Option<usize> {
         self.given.as_ref().and_then(|given| given.node)
     }
 
-    /// The same on other numbers.
+    /// Converts the factors to another number type.
     pub fn map<T>(&self, f: impl Fn(R) -> T) -> Weights<T> {
         let given = self.given.as_ref().map(|given| GivenWeights {
             node: given.node,
@@ -76,7 +76,7 @@ impl<R: Real> Weights<R> {
         Weights { given, integral: f(self.integral), side: self.side }
     }
 
-    /// The factor for one way; none if it has nothing to do with this place.
+    /// The factor for one way of summing; `None` if it does not apply at this point.
     pub fn of(&self, sum: Sum) -> Option<R> {
         match (sum, &self.given) {
             (Sum::Integral, _) => Some(self.integral),
@@ -92,7 +92,7 @@ impl<R: Real> Weights<R> {
 }
 
 impl<R: Real> GivenWeights<R> {
-    /// The factors at a node of this number between a given step of length `before` and one of length `after` (none at the ends), as far as they are
+    /// The factors at a node between steps of length `before` and `after` (`None` at the ends of the grid), restricted to the steps that are
     /// counted.
     pub fn new(node: Option<usize>, before: Option<R>, after: Option<R>, side: Beside) -> Self {
         let (zero, one) = (R::zero(), R::one());
