@@ -48,8 +48,8 @@ struct Search<'a> {
     group_of: Vec<usize>,
     graph: &'a mut Graph,
     gone: Vec<bool>,
-    /// Constant unknowns with and without a structurally nonzero diagonal that must be examined (again). All others are known not to be condensable
-    /// before one of their neighbours is condensed.
+    /// Constant unknowns with and without a structurally nonzero diagonal that must be examined (again). All others cannot be condensed
+    /// before one of their neighbours is.
     due: [BTreeSet<usize>; 2],
 }
 

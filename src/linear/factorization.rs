@@ -37,7 +37,7 @@ pub(crate) trait Factorization {
     /// Factorises S and solves with it; `magnitudes`, by position, have already been added up in the diagonal.
     ///
     /// # Errors
-    /// A pivot is not finite or negligible compared with the magnitudes that were added up in it; the right-hand side is then lost.
+    /// A pivot is not finite, or is negligible compared with the magnitudes that were added up in it; the right-hand side is then lost.
     fn factor(&mut self, symbolic: &Symbolic, magnitudes: &[f64], with: RightSide<'_>) -> Result<(), Breakdown>;
 
     /// Solves S x = r in place.

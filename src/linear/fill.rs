@@ -41,7 +41,7 @@ impl<'a> Fill<'a> {
         self.degree[w]
     }
 
-    /// Eliminates a vertex; returns its neighbours in ascending order and appends all vertices whose fill or degree changed to `changed`.
+    /// Eliminates a vertex; returns its neighbours in ascending order and stores all vertices whose fill or degree changed in `changed`.
     pub(super) fn eliminate(&mut self, v: usize, changed: &mut Vec<usize>) -> Vec<usize> {
         changed.clear();
         let clique: Vec<usize> = self.graph.neighbours(v).collect();

@@ -66,7 +66,7 @@ impl<F: Factorization> Matrix<F> {
     /// Factorises the assembled values.
     ///
     /// # Errors
-    /// A pivot is not finite or negligible compared with the magnitudes that were added up in it.
+    /// A pivot is not finite, or is negligible compared with the magnitudes that were added up in it.
     pub(crate) fn factor(&mut self, symbolic: &Symbolic) -> Result<(), Breakdown> {
         self.factor_with(symbolic, RightSide::None)
     }

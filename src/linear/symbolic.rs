@@ -44,7 +44,7 @@ pub(crate) struct Symbolic {
 impl Symbolic {
     /// Analyses a pattern whose indices are in range and whose groups contain every unknown once.
     pub(crate) fn analyse(pattern: &Pattern) -> Self {
-        debug_assert!(pattern.is_consistent(), "groups or indices do not fit");
+        debug_assert!(pattern.is_consistent(), "inconsistent groups or indices");
         let mut graph = pattern.graph();
         let condensed = condense(pattern, &mut graph);
         let mut left = vec![true; pattern.size];

@@ -1,6 +1,6 @@
 //! Values kept where a condition holds and 0 elsewhere: the derivatives of maxima and minima, even if infinite on the side that is cut off.
 //!
-//! A condition is a node that is 1 or 0. Sums and fixed multiples of kept values have conditions as well. Products of kept values with a slope are cut
+//! A condition is a node that is 1 or 0. Sums and fixed multiples of kept values also have conditions. Products of kept values with a slope are cut
 //! off after the multiplication, because the slope may be infinite or NaN where the condition fails, like that of √max(x, 0) for x < 0.
 
 use super::expression::{Expression, Node};

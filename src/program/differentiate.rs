@@ -86,7 +86,7 @@ impl Graph {
         self.multiply(n, power)
     }
 
-    /// w where the selected argument decides: the second argument of a maximum or minimum where `low` < `high`, the first elsewhere.
+    /// w where argument `k` of a maximum or minimum is selected, 0 elsewhere: the second is selected where `low` < `high`, otherwise the first.
     fn select(&mut self, (low, high): (Node, Node), k: usize, w: Node) -> Node {
         let (one, second) = (self.constant(1.0), self.less(low, high));
         let first = self.subtract(one, second);

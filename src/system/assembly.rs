@@ -253,7 +253,7 @@ impl Formulas {
                         (Argument::Control(channel), _) => rows.u[channel] += value,
                         (Argument::Design(p), factor) => rows.design[p] += factor * value,
                         (Argument::Time, _) => *rows.time += value,
-                        (state, _) => debug_assert!(false, "{state:?} is no input"),
+                        (state, _) => debug_assert!(false, "{state:?} is not an input"),
                     }
                 }
             });

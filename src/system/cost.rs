@@ -29,7 +29,7 @@ pub struct CostRows {
     pub integrand_after: f64,
     /// The number of costs evaluated so far.
     pub evaluations: usize,
-    /// Whether any of the costs may read the state. A cost of controls alone does not contribute to the equations before its node.
+    /// Whether any of the costs may read the state. Costs of controls alone never contribute to the equations before their node.
     pub has_read_state: bool,
     /// Factors of the costs in the weighted sum that is differentiated.
     pub factors: CostFactors,

@@ -45,7 +45,7 @@ impl Force<4, 1, 2> for OfDifferences {
     fn force<S: Scalar>(&self, at: &ForcePoint<S, 4, 1>, b: &SVector<S, 2>) -> SVector<S, 4> {
         let ([x, y], [u, v]) = (self.of(&at.q), self.of(&at.v));
         let pull: SVector<S, 2> = self.formula.last(&[x, y, u, v, at.u[0], at.t, b[0], b[1]]);
-        // The first force uses one difference as recorded, the second one has no difference of its own.
+        // Components 0 and 2 are opposite; components 1 and 3 are not.
         SVector::from([pull[0], pull[1], -pull[0], pull[1] * 2.0])
     }
 }
@@ -79,6 +79,6 @@ fn programs_of_differences_are_what_num_dual_makes_of_them() {
             relative[kind] += usize::from(held.is_relative);
         }
     }
-    assert!(said > 12 * formulas, "{said} of {} points say something", 16 * formulas);
-    assert!(relative.iter().all(|&relative| relative > formulas / 5), "{relative:?} are found to depend on differences");
+    assert!(said > 12 * formulas, "{said} of {} points are conclusive", 16 * formulas);
+    assert!(relative.iter().all(|&relative| relative > formulas / 5), "{relative:?} depend on differences");
 }

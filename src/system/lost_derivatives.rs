@@ -18,7 +18,7 @@ use crate::number::{Hyper, hyper, hyper_parts};
 use crate::program::{Graph, Node, Obstacle, record_branch};
 use crate::{System, Warning};
 
-/// Relative displacement of the arguments for which graphs are compared, also twice this; finer steps (numbers with few digits) count as slopes.
+/// Graphs are compared after relative displacements of the arguments by this and by twice as much; finer steps (few digits) count as slopes.
 const NEAR: f64 = 5e-7;
 /// Largest relative displacements of the arguments for comparing values, for first and for second derivatives: the smallest for functions that
 /// change within a small part of an argument, the largest for values that are rounded coarsely.

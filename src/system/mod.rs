@@ -309,7 +309,7 @@ impl System {
         entries
     }
 
-    /// Sets the components of Φ to zero that rounding of the coordinates explains, or those of dΦ/dt that rounding of velocities explains: at most
+    /// Sets to zero those components of Φ that rounding of the coordinates explains, or of dΦ/dt that rounding of the velocities explains: at most
     /// a few units in the last place of the terms Φ_q q, or Φ_q v. No other coordinates or velocities could reduce them.
     pub(crate) fn take_rounding(&self, at: &NodeView<f64>, of: &[f64], values: &mut [f64]) {
         let mut terms = vec![0.0; self.m];

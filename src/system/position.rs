@@ -123,7 +123,7 @@ mod tests {
         let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
         inputs.controls.fill(10.0);
         for arm in [0.4, 0.6] {
-            // Changes the first design variable; the wheel's centre remains at the end of the axle.
+            // The second design moves the wheel's centre to the position that the axle requires.
             inputs.design[0] = arm;
             inputs.start.set_coordinate(wheel.coordinates[0], arm - 0.4);
             solver.simulate(&inputs)?;

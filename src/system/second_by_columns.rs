@@ -7,7 +7,7 @@ use super::shape::Shape;
 use super::typed::{OnNumbers, Read, Slot};
 use crate::number::{Slope, slope, with_slope};
 
-/// Computes first derivatives, and writes second derivatives to `blocks`; see [`Jet::blocks`].
+/// Computes first derivatives, and writes second derivatives to `blocks`; see [`Jet::blocks`](super::jet::Jet::blocks).
 pub fn by_columns(
     formula: &dyn OnNumbers<Slope>,
     (kind, Shape { n, m, .. }): (ElementKind, Shape),

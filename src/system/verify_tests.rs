@@ -289,5 +289,5 @@ fn programs_of_random_formulas_are_what_num_dual_makes_of_them() {
         said += hold::<_, 2, 0, 1, 2>((Applied(applied), &[]), &mut draw, &names[2], with).points;
         said += hold::<_, 3, 2, 0, 2>((Holonomic(holonomic), &[]), &mut draw, &names[3], with).points;
     }
-    assert!(said > 12 * formulas, "{said} of {} points say something", 16 * formulas);
+    assert!(said > 12 * formulas, "{said} of {} points are conclusive", 16 * formulas);
 }
