@@ -21,8 +21,8 @@ use crate::Scalar;
 ///
 /// It contributes to p* = T_v + Φ_qᵀσ (Eq. 1a) and the term T_q to Eq. (1b), which is zero for the paper's constant mass matrices.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no kinetic energy of this many coordinates and constants",
-    note = "implement `KineticEnergy<N, P>` with N the number of coordinates and P that of constants in the lists that are given"
+    message = "`{Self}` is not a kinetic energy for these numbers of coordinates and constants",
+    note = "implement `KineticEnergy<N, P>` with N the number of coordinates and P that of constants in the given lists"
 )]
 pub trait KineticEnergy<const N: usize, const P: usize = 0>: Send + Sync + 'static {
     /// T(q, v; b).
@@ -31,8 +31,8 @@ pub trait KineticEnergy<const N: usize, const P: usize = 0>: Send + Sync + 'stat
 
 /// Potential energy V(q, t; b) in J; its force is −V_q.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no potential energy of this many coordinates and constants",
-    note = "implement `PotentialEnergy<N, P>` with N the number of coordinates and P that of constants in the lists that are given"
+    message = "`{Self}` is not a potential energy for these numbers of coordinates and constants",
+    note = "implement `PotentialEnergy<N, P>` with N the number of coordinates and P that of constants in the given lists"
 )]
 pub trait PotentialEnergy<const N: usize, const P: usize = 0>: Send + Sync + 'static {
     /// V(q, t; b).
@@ -41,8 +41,8 @@ pub trait PotentialEnergy<const N: usize, const P: usize = 0>: Send + Sync + 'st
 
 /// Generalized force Q(q, v, u, t; b) of Eq. (1b), in N for a length, N m for an angle.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no force on this many coordinates, controls and constants",
-    note = "implement `Force<N, K, P>` with N the number of coordinates, K that of controls and P that of constants in the lists that are given"
+    message = "`{Self}` is not a force for these numbers of coordinates, controls and constants",
+    note = "implement `Force<N, K, P>` with N the number of coordinates, K that of controls and P that of constants in the given lists"
 )]
 pub trait Force<const N: usize, const K: usize = 0, const P: usize = 0>: Send + Sync + 'static {
     /// Q(q, v, u, t; b), one component for each coordinate.
@@ -65,10 +65,10 @@ pub struct ForcePoint<S, const N: usize, const K: usize> {
 /// Holonomic constraint Φ(q, t; b) = 0, in m or rad.
 ///
 /// The velocity form dΦ/dt = Φ_q v + Φ_t (Eq. 1c) and all derivatives follow from this one function. A constraint that depends on `t`
-/// drives the joint.
+/// is a prescribed motion of a joint.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no constraint of this many coordinates, equations and constants",
-    note = "implement `Constraint<N, M, P>` with N the number of coordinates, M that of equations (of multipliers in the result) and P that of constants"
+    message = "`{Self}` is not a constraint for these numbers of coordinates, equations and constants",
+    note = "implement `Constraint<N, M, P>` with N the number of coordinates, M that of equations (and multipliers) and P that of constants"
 )]
 pub trait Constraint<const N: usize, const M: usize, const P: usize = 0>: Send + Sync + 'static {
     /// Φ(q, t; b).
@@ -77,8 +77,8 @@ pub trait Constraint<const N: usize, const M: usize, const P: usize = 0>: Send +
 
 /// A term of the cost: h(y, u, t; b) along the motion, or S(y, u, t; b) at its end (Eq. 5).
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no cost of this many coordinates, multipliers, controls and constants",
-    note = "implement `Cost<N, M, K, P>` with the numbers of coordinates, multipliers, controls and constants in the lists that are given"
+    message = "`{Self}` is not a cost for these numbers of coordinates, multipliers, controls and constants",
+    note = "implement `Cost<N, M, K, P>` with the numbers of coordinates, multipliers, controls and constants in the given lists"
 )]
 pub trait Cost<const N: usize, const M: usize = 0, const K: usize = 0, const P: usize = 0>: Send + Sync + 'static {
     /// The value at one node.
@@ -94,7 +94,7 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     pub v: SVector<S, N>,
     /// Augmented momenta, N s or N m s.
     pub p_star: SVector<S, N>,
-    /// Their rates, N or N m.
+    /// Rates ṗ* of the augmented momenta, N or N m.
     pub p_star_dot: SVector<S, N>,
     /// Accelerations v̇, m/s² or rad/s². They are functions of q, v, u and t with exact derivatives, and are computed only if a cost reads
     /// v̇ or λ.
@@ -118,7 +118,7 @@ pub struct CostPoint<S, const N: usize, const M: usize, const K: usize> {
     pub t: S,
 }
 
-/// A term of the cost that is a function of lists whose lengths are known only at run time, such as the energy of a chain of n links or a
+/// A term of the cost as a function of lists whose lengths are known only at run time, such as the energy of a chain of n links or a
 /// full quadratic form.
 ///
 /// ```
@@ -154,7 +154,7 @@ pub struct ListPoint<'a, S> {
     pub v: &'a [S],
     /// Augmented momenta, N s or N m s.
     pub p_star: &'a [S],
-    /// Their rates, N or N m.
+    /// Rates ṗ* of the augmented momenta, N or N m.
     pub p_star_dot: &'a [S],
     /// Accelerations, m/s² or rad/s².
     pub v_dot: &'a [S],
@@ -174,8 +174,8 @@ pub struct ListPoint<'a, S> {
 
 /// A parameter as a user-defined formula of other parameters, for [`Scene::parameter`](crate::Scene::parameter).
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no formula of this many parameters",
-    note = "implement `ParameterFormula<N>` with N the number of parameters that are given"
+    message = "`{Self}` is not a formula for this number of parameters",
+    note = "implement `ParameterFormula<N>` with N the number of given parameters"
 )]
 pub trait ParameterFormula<const N: usize> {
     /// The value of the parameter, computed from the values of the other parameters.
@@ -184,13 +184,13 @@ pub trait ParameterFormula<const N: usize> {
 
 /// Rule by which the values of a cost at the nodes are summed.
 ///
-/// The nodes are those of the given grid, 0 … N, including those between the steps of a composed step. Nodes that halved steps insert count in
-/// [`Sum::Integral`] alone.
+/// The nodes are those of the given grid, 0 … N, including those between the steps of a composed step. Nodes inserted by halved steps
+/// contribute only to [`Sum::Integral`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sum {
-    /// Σ h_i over i = 0 … N − 1, as in Eq. (5): without the last node, where [`Sum::Terminal`] counts.
+    /// Σ h_i over i = 0 … N − 1, as in Eq. (5): without the last node, at which [`Sum::Terminal`] is evaluated.
     Plain,
-    /// Σ h_i over all nodes, i = 0 … N: for a soft maximum or a penalty that must see the last node, too.
+    /// Σ h_i over all nodes, i = 0 … N: for a soft maximum or a penalty that must include the last node.
     AllNodes,
     /// Σ Δt_{i+1} h_i over i = 0 … N − 1: the rectangle rule for ∫ h dt.
     Rectangle,
@@ -199,14 +199,14 @@ pub enum Sum {
     /// Σ Δt Σ_s b_s h_s over all steps and their stages: ∫ h dt with the weights, and hence the order, of the [`Scheme`](crate::Scheme).
     /// For the trapezoidal rule these are the trapezoidal weights. Nodes inserted by halved steps are included.
     Integral,
-    /// h_N alone: the terminal cost S of Eq. (5).
+    /// h_N only: the terminal cost S of Eq. (5).
     Terminal,
-    /// h_i at this node of the given grid alone, for example the residual of a reading.
+    /// h_i at this node of the given grid only, for example the residual of a reading.
     Node(usize),
 }
 
 impl Sum {
-    /// Whether a weight is made of the steps on both sides of a node, and so may vanish where its derivatives do not.
+    /// True if the weight of a node depends on the steps on both sides, so that it may vanish although its derivatives do not.
     pub(crate) fn is_of_both_steps(self) -> bool {
         matches!(self, Sum::Trapezoidal | Sum::Integral)
     }

@@ -1,4 +1,4 @@
-//! Frames of planar bodies, of particles and of the ground, and points of them.
+//! Frames of planar bodies, of particles and of the ground, and points fixed in them.
 
 use super::{Coordinate, Param};
 
@@ -6,7 +6,7 @@ use super::{Coordinate, Param};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame(pub(crate) Owner);
 
-/// Whose frame it is.
+/// The body or particle to which a frame belongs, or the ground.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) enum Owner {
     Ground,
@@ -22,12 +22,12 @@ pub struct Point {
 }
 
 impl Frame {
-    /// Whose frame it is.
+    /// The body or particle to which the frame belongs, or the ground.
     pub(crate) fn owner(self) -> Owner {
         self.0
     }
 
-    /// The coordinates of its body or particle; none for the ground.
+    /// The coordinates of the body or particle; empty for the ground.
     pub(crate) fn own_coordinates(self) -> Vec<Coordinate> {
         match self.0 {
             Owner::Ground => Vec::new(),
@@ -36,7 +36,7 @@ impl Frame {
         }
     }
 
-    /// The coordinates of its body; `None` for the ground and for particles.
+    /// The coordinates of the body; `None` for the ground and for particles.
     pub fn coordinates(self) -> Option<[Coordinate; 3]> {
         match self.0 {
             Owner::Body(coordinates) => Some(coordinates),
@@ -44,7 +44,7 @@ impl Frame {
         }
     }
 
-    /// x, y and φ of its origin, of which the ground and particles lack some, as `of` gives them for coordinates.
+    /// x, y and φ of the origin, with the value `of(q)` for each coordinate q that the frame has and 0 for the others.
     pub(crate) fn place(self, of: impl Fn(Coordinate) -> f64) -> [f64; 3] {
         match self.0 {
             Owner::Ground => [0.0; 3],
@@ -53,7 +53,7 @@ impl Frame {
         }
     }
 
-    /// Its origin.
+    /// The origin of the frame.
     pub(crate) fn origin(self) -> Point {
         Point { frame: self, at: [0.0.into(), 0.0.into()] }
     }
@@ -70,7 +70,7 @@ impl Point {
         self.frame
     }
 
-    /// Its place there, m.
+    /// The position of the point in its frame, m.
     pub(crate) fn at(self) -> [Param; 2] {
         self.at
     }

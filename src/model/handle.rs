@@ -5,14 +5,14 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use super::expressions;
 use crate::program::{Graph, Node};
 
-/// A part of a scene, by its number.
+/// A part of a scene, identified by the numbers of the scene and of the part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(crate) struct Handle {
     scene: u64,
     pub(crate) index: usize,
 }
 
-/// A number that no other scene of the program has; with it ends what was noted of the scene's expressions.
+/// Number of a scene, unique within the program. Dropping it discards the recorded expressions of the scene.
 #[derive(Debug)]
 pub(crate) struct SceneTag(u64);
 
@@ -39,7 +39,7 @@ impl SceneTag {
         self.0
     }
 
-    /// What was noted of the scene's expressions; none can be added any more.
+    /// Removes and returns the recorded expressions of the scene; no further ones can be added.
     pub(crate) fn take_expressions(&self) -> Graph {
         expressions::take(self.0)
     }
@@ -52,7 +52,7 @@ impl Drop for SceneTag {
 }
 
 impl Handle {
-    /// That of a scene with a number.
+    /// The handle of part `index` of the scene with the given number.
     pub(crate) fn of(scene: u64, index: usize) -> Self {
         Handle { scene, index }
     }
@@ -91,7 +91,7 @@ handles! {
     Control;
     /// A design variable.
     Design;
-    /// A number that is computed of a motion beside J.
+    /// An output: a scalar result of a motion in addition to J.
     Output;
     /// The Lagrange multiplier (impulse σ) of one constraint equation.
     Multiplier;

@@ -1,4 +1,4 @@
-//! What a researcher writes: elements, their parameters, and handles for what they are connected to.
+//! Elements, their parameters, and handles to the parts of a scene.
 
 pub mod element;
 mod expressions;

@@ -74,7 +74,7 @@ impl Neg for Design {
     }
 }
 
-/// An operator between numbers, design variables and parameters, whatever stands on either side of it.
+/// An operator between numbers, design variables and parameters in every combination.
 macro_rules! operators {
     ($($operator:ident $method:ident $made:ident;)*) => {$(
         operators! { $operator $method $made: Param, Param; Param, Design; Param, f64; Design, Param; Design, Design; Design, f64; f64, Param; f64, Design; }
@@ -151,7 +151,7 @@ impl Param {
         self.combine(x.into(), f64::atan2, Graph::atan2)
     }
 
-    /// The number that it is, or that what it is bound to is multiplied by.
+    /// The value of a constant; otherwise the factor of the design variable or expression.
     pub(crate) fn factor(&self) -> f64 {
         self.factor
     }
@@ -193,7 +193,7 @@ impl Param {
         }
     }
 
-    /// What a formula makes of some parameters.
+    /// The parameter that `formula` computes from other parameters.
     pub(crate) fn expression(of: &[Param], formula: &dyn Fn(&mut Graph, &[Node]) -> Node) -> Param {
         let foreign = Param { of: Source::Foreign, factor: 1.0 };
         let scenes = of.iter().map(|param| match param.of {
@@ -208,7 +208,7 @@ impl Param {
         let noted = expressions::with(scene, |graph| {
             let of: Vec<Node> = of.iter().map(|param| param.node(graph)).collect();
             let node = formula(graph, &of);
-            // A number in front is the parameter's factor, as it is in a text that is read.
+            // A leading number becomes the factor of the parameter, as when a text is read.
             let (factor, node) = graph.number_times(node).unwrap_or((1.0, node));
             (factor, node, graph.value(node))
         });
@@ -233,7 +233,7 @@ impl Param {
         Param { of: Source::Gravity(axis), factor: 1.0 }
     }
 
-    /// Whether all that it is made of belongs to a scene, by its number.
+    /// True if all design variables and expressions in it belong to the scene with the given number.
     pub(crate) fn belongs_to(&self, scene: u64) -> bool {
         match self.of {
             Source::Design(design) => design.0.scene() == scene,
@@ -243,7 +243,7 @@ impl Param {
         }
     }
 
-    /// With the scene's gravity, and with a place among the values of a compiled system: that of a design variable, or what `place` gives a node.
+    /// Inserts gravity; refers to design variables and expressions by index among the compiled system's values (of a node: `place`).
     pub(crate) fn resolve(self, gravity: &[Param; 3], place: &mut dyn FnMut(Node) -> usize) -> Self {
         match self.of {
             Source::Gravity(axis) => gravity[axis].scaled(self.factor).resolve(&[Param::from(0.0); 3], place),
@@ -253,12 +253,12 @@ impl Param {
         }
     }
 
-    /// A multiple of it.
+    /// The parameter times a number.
     pub(crate) fn scaled(self, factor: f64) -> Self {
         Param { factor: self.factor * factor, ..self }
     }
 
-    /// The number, unless it is bound to a design variable.
+    /// The value of a constant; `None` if it depends on design variables.
     pub(crate) fn constant(&self) -> Option<f64> {
         match self.of {
             Source::One => Some(self.factor),
@@ -266,12 +266,12 @@ impl Param {
         }
     }
 
-    /// Which of these are bound, and no numbers.
+    /// For each parameter, true if it is not a constant.
     pub(crate) fn which_are_bound(all: &[Param]) -> Vec<bool> {
         all.iter().map(|param| param.constant().is_none()).collect()
     }
 
-    /// The place of what it is a multiple of among the values of a compiled system's parameters, and the factor, if it is bound.
+    /// For a parameter that is not a constant: the index among the values of a compiled system's parameters, and the factor.
     pub(crate) fn bound(&self) -> Option<(usize, f64)> {
         match self.of {
             Source::Value(place) => Some((place, self.factor)),
@@ -279,12 +279,12 @@ impl Param {
         }
     }
 
-    /// The value, given those of a compiled system's parameters.
+    /// The value, given the values of a compiled system's parameters.
     pub(crate) fn value<R: From<f64> + Copy + Zero + Arithmetic<f64>>(&self, parameters: &[R]) -> R {
         match self.of {
             Source::One => R::from(self.factor),
             Source::Value(place) => parameters[place] * self.factor,
-            // Nothing that was resolved.
+            // A compiled system contains none of these.
             Source::Design(_) | Source::Expression(_) | Source::Gravity(_) | Source::Foreign => R::zero(),
         }
     }

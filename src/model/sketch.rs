@@ -1,17 +1,17 @@
-//! [`Sketch`]: what of a scene can be drawn: its bodies, and what joins them.
+//! [`Sketch`]: the parts of a scene that can be drawn, bodies and their connections.
 
 use super::{Control, Frame, Param, Point};
 
-/// The parts of a scene that have a place in the plane.
+/// The parts of a scene that have a position in the plane.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sketch {
-    /// Bodies and particles by their names.
+    /// Bodies and particles with their names.
     pub(crate) bodies: Vec<(String, Frame)>,
     pub(crate) drawn: Vec<Drawn>,
 }
 
 impl Sketch {
-    /// Those of the controls of actuators are known, where a control has no other.
+    /// The unit of each control, known if all actuators that it drives agree.
     pub(crate) fn units_of_controls(&self, controls: usize) -> Vec<Unit> {
         let mut units: Vec<Option<Unit>> = vec![None; controls];
         for part in &self.drawn {
@@ -27,7 +27,7 @@ impl Sketch {
     }
 }
 
-/// What a coordinate or a constraint measures, or a control works along.
+/// Kind of a coordinate or constraint, or of the displacement along which a control acts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Unit {
     Length,
@@ -36,7 +36,7 @@ pub(crate) enum Unit {
 }
 
 impl Unit {
-    /// The unit for lengths or for angles; none if it is not known.
+    /// The unit for lengths or for angles; empty if the kind is unknown.
     pub(crate) fn of<'a>(self, (length, angle): (&'a str, &'a str)) -> &'a str {
         match self {
             Unit::Length => length,
@@ -49,7 +49,7 @@ impl Unit {
 /// Units of forces and torques.
 pub(crate) const FORCE: (&str, &str) = ("N", "N m");
 
-/// What joins a point of one body and one of another.
+/// A connection between a point of one body and a point of another.
 #[derive(Clone, Debug)]
 pub(crate) struct Drawn {
     pub(crate) name: String,
@@ -58,7 +58,7 @@ pub(crate) struct Drawn {
     pub(crate) b: Point,
 }
 
-/// How it looks. Angles are those of an axis, in a's frame.
+/// Shape of a connection. Angles are those of an axis in the frame of a.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Shape {
     Hinge,

@@ -1,11 +1,11 @@
-//! [`Checkpoint`]: what a motion goes on from, to the last bit as if it had never stopped.
+//! [`Checkpoint`]: data from which a motion is continued with bitwise identical results.
 
 use crate::Trajectory;
 use crate::forward::{ForwardSweep, HISTORY, Stepper};
 use crate::motion::{Clock, column_mut};
 
-/// The last nodes before a part, by columns, from where on they may be extrapolated, and what restarts know of σ and lengths of q: both stand behind the
-/// columns.
+/// The last nodes before a part of a motion, stored as columns, and the first node from which extrapolation is allowed. Behind the columns follow the
+/// last σ before a restart and the largest coordinates.
 pub(super) struct Checkpoint {
     pub(super) node: usize,
     clock: Clock,
@@ -20,7 +20,7 @@ impl ForwardSweep {
         Trajectory::<f64>::len_of_node(self.motion.trajectory.q.nrows(), self.motion.trajectory.sigma.nrows())
     }
 
-    /// Keeps the last nodes that were computed.
+    /// Stores the last computed nodes.
     pub(super) fn save(&self) -> Checkpoint {
         let computed = self.motion.trajectory.computed;
         let count = HISTORY.min(computed);
@@ -41,7 +41,7 @@ impl ForwardSweep {
         }
     }
 
-    /// Goes on from a checkpoint.
+    /// Restores the state of a checkpoint.
     pub(super) fn load(&mut self, checkpoint: &Checkpoint) {
         let (columns, reach) = checkpoint.columns.split_at(checkpoint.columns.len() - self.monitor.reach.len());
         let (columns, sigma) = columns.split_at(columns.len() - self.restarting.last_end.sigma.len());

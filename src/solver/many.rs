@@ -1,7 +1,7 @@
 //! Many motions of one system: initial guesses, parameter sets, starts.
 //!
-//! With the feature `rayon` they are spread over all cores; each thread keeps one [`Solver`], whose steps allocate nothing after its first
-//! motion.
+//! With the feature `rayon` they are distributed over all cores; each thread reuses one [`Solver`], whose steps allocate nothing after its
+//! first motion.
 
 use crate::{Error, Gradient, Inputs, Settings, Solver, System};
 
@@ -31,7 +31,7 @@ pub fn gradients(system: &System, inputs: &[Inputs], settings: Settings) -> Vec<
     each(inputs, solver, one)
 }
 
-/// As many workers as threads, each made when it is first needed, take the next items until none are left: motions may differ in length.
+/// One worker per thread, created on first use, repeatedly processes the next item, because motions may differ in length.
 #[cfg(feature = "rayon")]
 pub(crate) fn each<I: Sync, W, T: Send>(
     items: &[I],
@@ -91,7 +91,7 @@ mod tests {
         let system = CartPendulum::default().scene().compile().unwrap();
         let motions = vec![Inputs::at_rest(&system, Grid::uniform(1, 0.01)); 3];
         let at_work = AtomicUsize::new(0);
-        // Each waits for the others, but not for ever.
+        // Each thread waits for the others, but not for ever.
         let wait = |_: &mut Solver, _: &Inputs| {
             at_work.fetch_add(1, Relaxed);
             let start = Instant::now();

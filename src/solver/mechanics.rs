@@ -1,4 +1,4 @@
-//! [`Mechanics`]: what holds at one state, without a motion.
+//! [`Mechanics`]: mechanical quantities at a single state, without a motion.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -203,7 +203,7 @@ impl<'s> Mechanics<'s> {
         [x_dot - phi_dot * (sin * along + cos * across), y_dot + phi_dot * (cos * along - sin * across)]
     }
 
-    /// q.
+    /// The coordinates q.
     pub(crate) fn q(&self) -> &[f64] {
         &self.q
     }
@@ -213,16 +213,16 @@ impl<'s> Mechanics<'s> {
         self.system.parameters().value_of(param, &self.design)
     }
 
-    /// x, y and φ of a point's frame, its place there, and sine and cosine of φ.
+    /// x, y and φ of a point's frame, the position of the point in it, and sine and cosine of φ.
     fn frame(&self, point: Point) -> ([f64; 3], [f64; 2], (f64, f64)) {
         let place = point.frame().place(|q| {
-            assert!(self.system.owns(q.0), "the point is fixed to a body of another scene");
+            assert!(self.system.owns(q.0), "the point belongs to a body of another scene");
             self.q[q.index()]
         });
         let at = point.at().map(|param| {
             assert!(
                 self.system.knows(param),
-                "the point's place is made of design variables after they were compiled, or of another scene's"
+                "the point's position depends on design variables of another scene or on an expression created after compilation"
             );
             self.parameter(param)
         });

@@ -1,4 +1,4 @@
-//! [`Solver`]: a system with all the memory that simulations and gradients need, to be used again and again.
+//! [`Solver`]: a system with all the memory that simulations and gradients need, for repeated use.
 
 mod checkpoint;
 mod lifted;
@@ -48,7 +48,7 @@ pub struct Solver<'s> {
     settings: Settings,
     forward: ForwardSweep,
     sweep: AdjointSweep,
-    /// One for each output, once they are asked for.
+    /// One sweep for each requested output.
     rows: Vec<AdjointSweep>,
     products: Option<Box<SecondOrderSweep>>,
 }
@@ -77,13 +77,13 @@ impl<'s> Solver<'s> {
         self.system
     }
 
-    /// Drops what belonged to another motion.
+    /// Discards the results that belong to another motion.
     fn forget(&mut self) {
         self.sweep.forget();
         self.products.iter_mut().for_each(|products| products.forget());
     }
 
-    /// Drops the motion.
+    /// Discards the motion.
     pub(crate) fn drop_motion(&mut self) {
         self.forget();
         self.forward.motion.trajectory.computed = 0;
@@ -101,10 +101,10 @@ impl<'s> Solver<'s> {
     }
 
     /// The same inputs on an adaptive grid, on which the estimated error of every step is below the tolerance. The tolerance is absolute,
-    /// in m or rad, or relative for coordinates and velocities larger than 1. An error of a velocity is measured by the change of the
-    /// corresponding coordinate that it causes in the step.
+    /// in m or rad, or relative for coordinates and velocities larger than 1. An error of a velocity counts as the error of the coordinate
+    /// that it causes in the step.
     ///
-    /// The given grid determines beginning and end of the motion and the kinks of controls; these nodes remain, and controls are the same
+    /// The given grid determines the beginning and end of the motion and the kinks of controls; its nodes are kept, and controls remain the same
     /// functions of time. Schemes of even order need two simulations. The first determines step lengths from the error estimates alone. The
     /// second uses a compromise between these lengths and equal ones, because errors cancel better with equal steps. The new grid is then
     /// fixed like any other grid, and the gradient on it is exact. A cost summed over nodes ([`Sum::Plain`](crate::Sum::Plain),
@@ -243,7 +243,7 @@ impl<'s> Solver<'s> {
         Ok(self.output_gradients(&all)?.cloned().collect())
     }
 
-    /// Those of some outputs.
+    /// The gradients of the given outputs.
     pub(crate) fn output_gradients(&mut self, outputs: &[usize]) -> Result<impl Iterator<Item = &Gradient>, Error> {
         let Solver { system, settings, forward, sweep, rows, .. } = self;
         if rows.len() < outputs.len() {
@@ -258,12 +258,12 @@ impl<'s> Solver<'s> {
         Ok(rows.iter().map(|row| &row.gradient))
     }
 
-    /// J (0) or an output (from 1 on).
+    /// J (`which` = 0) or an output (`which` from 1 on).
     pub(crate) fn value_of(&self, which: usize) -> Result<f64, Error> {
         if which == 0 { self.cost() } else { Ok(self.outputs()?[which - 1]) }
     }
 
-    /// Its gradient.
+    /// The gradient of J (`which` = 0) or of an output (`which` from 1 on).
     pub(crate) fn gradient_of(&mut self, which: usize) -> Result<&Gradient, Error> {
         self.differentiate(|_, factors| factors.choose(which))
     }
@@ -271,7 +271,7 @@ impl<'s> Solver<'s> {
     /// The gradient of Σ w_k r_k over the outputs r, by one backward sweep: (∂r)ᵀ w.
     ///
     /// # Errors
-    /// As [`gradient`](Self::gradient); another number of weights than of outputs, or one that is not finite.
+    /// As [`gradient`](Self::gradient); a number of weights that differs from that of the outputs, or a weight that is not finite.
     pub fn pull_back(&mut self, weights: &[f64]) -> Result<&Gradient, Error> {
         self.weighted_gradient(0.0, weights)
     }
@@ -288,8 +288,7 @@ impl<'s> Solver<'s> {
 
     /// Exact derivative of all outputs along a direction of the inputs, ∂r · d: one forward sweep for any number of outputs.
     ///
-    /// # Errors
-    /// As [`hessian_product`](Self::hessian_product), except that costs on accelerations and reactions are possible also if formulas have
+    /// As [`hessian_product`](Self::hessian_product), except that costs on accelerations and reactions are supported also if formulas have
     /// no programs ([`System::without_programs`](crate::System::without_programs)).
     pub fn push_forward(&mut self, direction: &Inputs) -> Result<DVector<f64>, Error> {
         let Solver { system, settings, forward, products, .. } = self;
@@ -341,7 +340,7 @@ impl<'s> Solver<'s> {
         &self.sweep.report
     }
 
-    /// Whether both motions take the same steps and are restarted alike.
+    /// True if both motions have the same steps and restarts.
     pub(crate) fn moves_like(&self, other: &Solver) -> bool {
         self.forward.motion.is_like(&other.forward.motion)
     }
@@ -356,7 +355,7 @@ impl<'s> Solver<'s> {
 }
 
 /// # Errors
-/// Another number of weights than of outputs; one that is not finite.
+/// A number of weights that differs from that of the outputs, or a weight that is not finite.
 fn check_weights(system: &System, of_cost: f64, of_outputs: &[f64]) -> Result<(), Error> {
     let count = system.outputs();
     if of_outputs.len() != count {

@@ -1,4 +1,4 @@
-//! The memory of a node in time.
+//! Memory of a motion per node.
 
 use crate::{Settings, System, Trajectory};
 
@@ -21,7 +21,7 @@ impl System {
     /// not included. A scheme of S stages needs S times as much.
     pub fn bytes_per_node(&self, settings: &Settings) -> usize {
         let (n, m, blocks) = (self.n(), self.m(), self.block_len());
-        // Their lists grow as they are filled, to twice what they hold.
+        // Lists grow by doubling, so they may occupy twice the memory of their contents.
         let restart = if settings.may_restart() { 2 * (3 * n + 3 * m + 3 * blocks + 5) } else { 0 };
         let adjoint = if settings.keep_adjoint { 10 * n + 3 * m } else { 0 };
         let (stages, inner) = (settings.scheme.stages(), settings.scheme.inner());

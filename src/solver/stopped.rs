@@ -1,15 +1,15 @@
-//! [`Stopped`]: an error with the motion up to it.
+//! [`Stopped`]: an error together with the motion computed before it.
 
 use std::fmt;
 
 use crate::{Error, Trajectory};
 
-/// The error of a simulation, with the nodes computed before it.
+/// The error of a simulation, together with the nodes computed before it.
 #[derive(Clone)]
 pub struct Stopped {
     /// The error.
     pub error: Error,
-    /// The motion up to the error; [`Trajectory::computed`] is the number of computed nodes, the others are zero.
+    /// The motion up to the error; [`Trajectory::computed`] is the number of computed nodes. All other nodes are zero.
     pub trajectory: Box<Trajectory>,
 }
 

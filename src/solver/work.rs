@@ -1,22 +1,22 @@
-//! Counted work of the Jacobian of outputs by rows and by columns: a choice between them is the same in every run.
+//! Work of computing the Jacobian of outputs by rows and by columns, counted so that the choice between them is the same in every run.
 
 use super::Solver;
 use crate::model::element::Sum;
 use crate::system::Depends;
 
-/// As many unknowns as a stage is solved for in the time in which one cost is evaluated.
+/// Work of evaluating one cost, in unknowns of a stage that is solved.
 const COST: usize = 10;
-/// As many stages as are solved in the time in which accelerations are computed at one place.
+/// Work of computing the accelerations at one node, in solved stages.
 const ACCELERATIONS: usize = 6;
 
 impl Solver<'_> {
-    /// Unknowns that stages are solved for, in a backward sweep for each of some outputs of the last motion, and in a push-forward for each of so many
-    /// variables.
+    /// The work, in unknowns of solved stages, by rows (a backward sweep for each of the given outputs of the last motion) and by columns (a
+    /// push-forward for each of `variables` variables).
     pub(crate) fn jacobian_work(&self, outputs: &[usize], variables: usize) -> [usize; 2] {
         let (system, motion) = (self.system, &self.forward.motion);
         let (last, stages) = (motion.nodes() - 1, motion.trajectory.last_stage());
         let (all, unknowns) = (1 + stages * last, system.n() + system.m());
-        // The stages that the sweep of each output goes back through; none without a sweep.
+        // Number of stages that the sweep of each output passes; `None` without a sweep.
         let mut ways = vec![None; 1 + system.outputs()];
         outputs.iter().for_each(|output| ways[1 + output] = Some(0));
         let (mut by_rows, mut costs, mut accelerations) = (0, 0, 0);

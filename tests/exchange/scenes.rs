@@ -291,7 +291,7 @@ fn what_is_wrong_in_a_scene_is_named_with_its_place() {
     assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90 * k\""), &["no design variable is called `k`"]);
     assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"wurzel(2)\""), &["no function `wurzel`", "sqrt"]);
     assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"2 ^ m\""), &["exponent must be a number"]);
-    assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90; $2\""), &["character 5", "no part before it is `$2`"]);
+    assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90; $2\""), &["character 5", "no part `$2` precedes it"]);
     assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90;\""), &["ends too early"]);
     assert_says(&change("\"stiffness\": 90.0", "\"stifness\": 90.0"), &["`spring`", "`stiffness` is missing"]);
     assert_says(
@@ -307,7 +307,7 @@ fn what_is_wrong_in_a_scene_is_named_with_its_place() {
         assert_says(&change("\"node\": 3", &format!("\"node\": {node}")), &["`seen at 3`", "`node` must be"]);
     }
     let deep = format!("\"stiffness\": \"{}1{}\"", "(".repeat(10_000), ")".repeat(10_000));
-    assert_says(&change("\"stiffness\": 90.0", &deep), &["parentheses within each other"]);
+    assert_says(&change("\"stiffness\": 90.0", &deep), &["nested parentheses"]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
-//! Parameters as text: `mass * length ^ 2 / 12`, design variables by their names, in backticks where these are no words.
+//! Parameters as text: `mass * length ^ 2 / 12`. Names of design variables that are not words are written in backticks.
 //!
-//! Parts of a long formula stand before it, each with a semicolon behind it: in `mass * length; $1 * $1 / 12` is `$1` the first of them.
+//! Parts of a long formula precede it, each followed by a semicolon: in `mass * length; $1 * $1 / 12`, `$1` is the first part.
 
 use std::collections::HashMap;
 
@@ -9,9 +9,9 @@ use crate::Scalar;
 use crate::model::expressions;
 use crate::program::{Expression, Function, Graph, Node};
 
-/// Parentheses and functions within each other that are read.
+/// Deepest nesting of parentheses and functions that is read.
 const DEEPEST: usize = 60;
-/// A part of a formula that is longer, or deeper, is written once before it, and called by its number.
+/// A longer or more deeply nested part of a formula is written once, before the formula, and referred to by its number.
 const LONGEST_PART: usize = 1000;
 const DEEPEST_PART: usize = 20;
 
@@ -34,7 +34,7 @@ const FUNCTIONS: [(&str, Function); 16] = [
     ("sign", Function::Sign),
 ];
 
-/// A number or function of two others.
+/// A function of two arguments: its name, its value, and its node in a graph.
 type OfTwo = (&'static str, fn(f64, f64) -> f64, fn(&mut Graph, Node, Node) -> Node);
 
 const OF_TWO: [OfTwo; 3] = [
@@ -44,7 +44,7 @@ const OF_TWO: [OfTwo; 3] = [
 ];
 
 impl Param {
-    /// As text; none if a text cannot say it.
+    /// The parameter as text; `None` if text cannot represent it.
     pub(crate) fn text(&self, designs: &[&str]) -> Option<String> {
         let times = |what: String| match self.factor {
             1.0 => what,
@@ -65,10 +65,10 @@ impl Param {
         }
     }
 
-    /// What a text says.
+    /// Parses a parameter from text.
     ///
     /// # Errors
-    /// The column of what is wrong, and what it is.
+    /// The column of the mistake, and its description.
     pub(crate) fn read(text: &str, design: impl Fn(&str) -> Option<Param>) -> Result<Param, (usize, String)> {
         let mut reader = Reader { text, at: 0, design: &design, depth: 0, parts: Vec::new() };
         loop {
@@ -76,14 +76,14 @@ impl Param {
             match reader.next() {
                 None => return Ok(result),
                 Some(';') => reader.at += 1,
-                Some(other) => return Err(reader.wrong(&format!("`{other}` where the formula should end"))),
+                Some(other) => return Err(reader.wrong(&format!("`{other}`  found where the formula should end"))),
             }
             reader.parts.push(result);
         }
     }
 }
 
-/// A name as it stands in a formula.
+/// A name as it is written in a formula.
 fn quoted(name: &str) -> Option<String> {
     let is_word = name.chars().all(|c| c.is_alphanumeric() || c == '_') && name.starts_with(|c: char| !c.is_numeric());
     match is_word {
@@ -93,12 +93,12 @@ fn quoted(name: &str) -> Option<String> {
     }
 }
 
-/// A number as it stands in a formula.
+/// A number as it is written in a formula.
 fn finite(x: f64) -> Option<String> {
     x.is_finite().then(|| format!("{x:?}"))
 }
 
-/// How many parentheses stand within each other, but for those of names.
+/// Depth of nested parentheses, without those in names.
 fn deepest(text: &str) -> usize {
     let formula = text.split('`').step_by(2).flat_map(str::chars);
     let depths = formula.scan(0usize, |depth, c| {
@@ -108,7 +108,7 @@ fn deepest(text: &str) -> usize {
     depths.max().unwrap_or(0)
 }
 
-/// How closely a text is bound together.
+/// The operator of lowest precedence in a text, in order of precedence.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Binding {
     Sum,
@@ -131,12 +131,12 @@ struct Writer<'a> {
     graph: &'a Graph,
     designs: &'a [&'a str],
     written: HashMap<Node, Written>,
-    /// What stands before the formula.
+    /// The parts that precede the formula.
     parts: Vec<String>,
 }
 
 impl Writer<'_> {
-    /// The parts and the formula itself. Nodes are written before those that are made of them, so that no stack grows with a formula.
+    /// The parts, and the formula itself. Nodes are written before those that depend on them, without recursion, so deep formulas need no deep stack.
     fn write(mut self, node: Node) -> Option<(String, Written)> {
         for node in self.graph.reachable([node]) {
             let (mut text, mut binding) = self.formula(node)?;
@@ -184,7 +184,7 @@ impl Writer<'_> {
                 };
                 (format!("{name}({}, {})", self.part(x, Binding::Sum)?, self.part(y, Binding::Sum)?), Binding::Whole)
             }
-            // Of a formula that branches, and of slopes.
+            // Formulas that branch, and formulas of derivatives.
             Expression::Parameter(_) | Expression::Less(..) | Expression::Where(..) => return None,
             Expression::SlopePower(..) | Expression::Vanishing(..) => return None,
         })
@@ -195,7 +195,7 @@ impl Writer<'_> {
     }
 }
 
-/// Reads sums of products of powers, from left to right.
+/// Parses sums of products of powers, from left to right.
 struct Reader<'a> {
     text: &'a str,
     at: usize,
@@ -211,7 +211,7 @@ impl Reader<'_> {
         (self.text[..self.at].chars().count() + 1, problem.to_string())
     }
 
-    /// The next character that is no space.
+    /// The next character that is not a space.
     fn next(&mut self) -> Option<char> {
         let rest = &self.text[self.at..];
         self.at += rest.len() - rest.trim_start().len();
@@ -254,7 +254,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A power with a sign before it: −x² is −(x²).
+    /// A power preceded by a sign: −x² is −(x²).
     fn signed(&mut self) -> Read<Param> {
         let mut is_negative = false;
         while self.take('-') {
@@ -272,7 +272,7 @@ impl Reader<'_> {
         let is_negative = self.take('-');
         let Some(n) = self.whole()?.constant() else { return Err(self.wrong("the exponent must be a number")) };
         let n = if is_negative { -n } else { n };
-        // Exact: the bounds are numbers of both kinds.
+        // The conversion is exact: the bounds ±i32::MAX are representable in both types.
         Ok(if n.fract() == 0.0 && n.abs() <= f64::from(i32::MAX) { base.powi(n as i32) } else { base.powf(n) })
     }
 
@@ -293,13 +293,13 @@ impl Reader<'_> {
                 let digits = &self.text[self.at + 1..];
                 let digits = &digits[..digits.find(|c: char| !c.is_ascii_digit()).unwrap_or(digits.len())];
                 let part = digits.parse().ok().and_then(|which: usize| self.parts.get(which.checked_sub(1)?)).copied();
-                let part = part.ok_or_else(|| self.wrong(&format!("no part before it is `${digits}`")))?;
+                let part = part.ok_or_else(|| self.wrong(&format!("no part `${digits}` precedes it")))?;
                 self.at += 1 + digits.len();
                 Ok(part)
             }
             Some(c) if c.is_ascii_digit() || c == '.' => self.number(),
             Some(c) if c.is_alphabetic() || c == '_' => self.word(),
-            Some(other) => Err(self.wrong(&format!("`{other}` where a number, a name or `(` should stand"))),
+            Some(other) => Err(self.wrong(&format!("`{other}` found where a number, a name or `(` is expected"))),
             None => Err(self.wrong("the formula ends too early")),
         }
     }
@@ -307,7 +307,7 @@ impl Reader<'_> {
     fn within<T>(&mut self, read: impl FnOnce(&mut Self) -> Read<T>) -> Read<T> {
         self.depth += 1;
         if self.depth > DEEPEST {
-            return Err(self.wrong(&format!("more than {DEEPEST} parentheses within each other")));
+            return Err(self.wrong(&format!("more than {DEEPEST} nested parentheses")));
         }
         let result = read(self)?;
         self.depth -= 1;
@@ -332,7 +332,7 @@ impl Reader<'_> {
                 self.at += length;
                 Ok(number.into())
             }
-            _ => Err(self.wrong("this is no finite number")),
+            _ => Err(self.wrong("this is not a finite number")),
         }
     }
 
@@ -364,7 +364,7 @@ impl Reader<'_> {
         }
         let known: Vec<&str> =
             FUNCTIONS.iter().map(|(name, _)| *name).chain(OF_TWO.iter().map(|(name, ..)| *name)).collect();
-        Err(self.wrong(&format!("there is no function `{word}` among {}", known.join(", "))))
+        Err(self.wrong(&format!("unknown function `{word}`; known functions are {}", known.join(", "))))
     }
 
     fn variable(&self, name: &str) -> Read<Param> {

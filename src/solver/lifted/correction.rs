@@ -1,22 +1,22 @@
-//! How large corrections are, and when they have become rounding.
+//! Sizes of corrections, and a test whether they have become rounding error.
 
 use crate::node::NOISE;
 use crate::number::Real;
 
-/// Corrections below this that have not been halved by so many more are rounding as well, of a matrix close to singular.
+/// Corrections below the first number, not halved by the second number of further ones, are also rounding error, of a nearly singular matrix.
 ///
-/// Corrections by a wrong matrix, or along a slow projection, shrink at every one, if slowly, or grow from the first.
+/// With a wrong matrix, or in a slow projection, every correction shrinks, even if slowly, or corrections grow from the first one on.
 const LOST: (f64, usize) = (1e-5, 4);
-/// So are those below this part of all, where a part is what is left of terms that cancel, such as the force of a body that creeps.
+/// The same holds if `of_all` is below this: the part may be a remainder of terms that cancel, such as the force on a creeping body.
 const LOST_OF_ALL: f64 = 1e-12;
 
-/// The sizes of corrections, one after the other.
+/// Sizes of successive corrections.
 #[derive(Clone, Copy)]
 pub(super) struct Shrinking {
     pub(super) last: f64,
-    /// The last that was half of the one that was halved before: slow corrections halve in several.
+    /// The last size that was at most half of the previous such size: slow corrections need several to halve.
     halved: f64,
-    /// How many corrections have not halved it.
+    /// Number of corrections since then.
     idle: usize,
 }
 
@@ -25,7 +25,7 @@ impl Shrinking {
         Shrinking { last: f64::INFINITY, halved: f64::INFINITY, idle: 0 }
     }
 
-    /// Whether corrections have become rounding: wrong blocks make them shrink slowly, but shrink.
+    /// True if corrections have become rounding error. With wrong blocks they shrink slowly, but they do shrink.
     pub(super) fn is_stalled(&mut self, Size { of_part: size, of_all }: Size) -> bool {
         let is_noise = size <= NOISE && size >= self.last;
         (self.halved, self.idle) = if size <= 0.5 * self.halved { (size, 0) } else { (self.halved, self.idle + 1) };
@@ -39,8 +39,8 @@ impl Shrinking {
 pub(super) struct Size {
     /// Relative to the part that it corrects.
     pub(super) of_part: f64,
-    /// Relative to that, or to the real part times the perturbation of the inputs if that is larger: what hardly depends on the inputs is
-    /// known to few digits of its own, and is small.
+    /// Relative to the larger of the part and of the real part times the perturbation of the inputs: a quantity that hardly depends on the inputs
+    /// has a small part with few correct digits.
     pub(super) of_all: f64,
 }
 
@@ -50,8 +50,8 @@ impl Size {
     }
 }
 
-/// Adds a correction to one part and returns its size in the maximum norm, relative to a floor at least, if the part is finite
-/// after it.
+/// Adds a correction to one part and returns its size in the maximum norm, relative to the larger of the part and `floor`; `None` if the part
+/// is not finite afterwards.
 pub(super) fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64], (floor, unit): (f64, f64)) -> Option<Size> {
     let (mut change, mut size, mut real) = (0.0f64, floor, 0.0f64);
     for (x, &delta) in x.iter_mut().zip(delta) {

@@ -1,10 +1,10 @@
-//! The same simulation on complex or dual numbers: complex step and tangents through all of it, Newton included.
+//! Simulation with complex or dual numbers: complex step and tangents through the entire computation, including Newton's method.
 //!
-//! The motion is first computed in real numbers. Then every step is solved again on the numbers asked for, starting from the real solution,
+//! The motion is first computed with real numbers. Then every step is solved again with the requested numbers, starting from the real solution,
 //! by the plain element formulas (nothing recorded, nothing condensed, nothing skipped) and corrections with
 //! the real tangent matrix: r(x + ε w) = 0 holds for w after one exact correction, because K is converged; another one
-//! confirms it. So a derivative found here owes nothing to the blocks that the adjoint is made of: they only decide how
-//! fast the iteration converges.
+//! confirms it. The derivative is therefore independent of the blocks from which the adjoint is assembled: they only
+//! determine how fast the iteration converges.
 
 mod correction;
 mod restart;
@@ -43,16 +43,16 @@ pub struct LiftedSolver<'s, R: Real> {
     lifted: Lifted<R>,
 }
 
-/// The motion on other numbers, and what corrects it.
+/// The motion in numbers of type R, and the workspace of its corrections.
 struct Lifted<R: Real> {
     inputs: Inputs<R>,
-    /// The values of the parameters, from its design variables.
+    /// The values of the parameters, computed from the design variables of `inputs`.
     design: Vec<R>,
     /// The largest velocity of the real motion.
     speed: f64,
     trajectory: Trajectory<R>,
     sums: Sums<R>,
-    /// q̄ and p̄ of the stage at hand, and σ₋.
+    /// q̄ and p̄ of the current stage, and σ₋.
     start_q: Vec<R>,
     start_p: Vec<R>,
     start_sigma: Vec<R>,
@@ -60,11 +60,11 @@ struct Lifted<R: Real> {
     part: Pair,
     /// The largest perturbation of any input, in each part beyond the real one: 1e-30 for a complex step, 1 for a tangent.
     unit: Vec<f64>,
-    /// The largest correction that was left to rounding, relative to what a perturbation of that size could be.
+    /// The largest correction attributed to rounding, relative to the size that a perturbation of `unit` can cause.
     rounding: f64,
 }
 
-/// The real motion that the other one is near, and its Newton matrix.
+/// The real motion near the lifted one, and its Newton matrix.
 struct Near<'a> {
     system: &'a System,
     motion: &'a Motion,
@@ -89,7 +89,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![R::zero(); len];
         let node = Trajectory::<R>::len_of_node(n, m) * settings.scheme.stages() + 1 + system.k();
-        memory::check("the motion on other numbers", real.inputs().grid.nodes(), node * size_of::<R>())?;
+        memory::check("the lifted motion", real.inputs().grid.nodes(), node * size_of::<R>())?;
         let mut trajectory = Trajectory::zeros(system, real.inputs().grid.nodes(), settings.scheme);
         trajectory.compliance.clone_from(&real.trajectory().compliance);
         trajectory.inserted.clone_from(&real.trajectory().inserted);
@@ -113,7 +113,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     /// Simulates with inputs whose real parts are those of the real motion.
     ///
     /// # Errors
-    /// A step whose corrections do not converge, inputs of another size than the real ones, or parts that are not finite.
+    /// A step whose corrections do not converge, inputs whose size differs from the real ones, or parts that are not finite.
     pub fn simulate(&mut self, inputs: &Inputs<R>) -> Result<&Trajectory<R>, Error> {
         self.lifted.trajectory.computed = 0;
         self.check_sizes(inputs)?;
@@ -155,7 +155,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         trajectory.outputs(self.real.system(), inputs)
     }
 
-    /// J (0) or an output (from 1 on).
+    /// J (`which` = 0) or an output (`which` from 1 on).
     pub(crate) fn value_of(&self, which: usize) -> Result<R, Error> {
         if which == 0 { self.cost() } else { Ok(self.outputs()?[which - 1]) }
     }
@@ -178,7 +178,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         &self.real
     }
 
-    /// The inputs with the start that a guess leads to, if there is one.
+    /// The inputs with the start assembled from a guess; `None` if the start is not a guess.
     fn assembled(&mut self, inputs: &Inputs<R>, design: &[R]) -> Result<Option<Inputs<R>>, Error> {
         let system = self.real.system();
         let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
@@ -212,7 +212,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
 }
 
 impl<R: Real> Lifted<R> {
-    /// Takes the inputs on the grid that was taken, and the size of their perturbation from those that were given.
+    /// Stores the inputs on the grid that is used, and the size of their perturbation computed from the given inputs.
     fn begin(&mut self, taken: Inputs<R>, given: &Inputs<R>, design: &[R]) {
         self.rounding = 0.0;
         self.inputs = taken;
@@ -268,7 +268,7 @@ impl<R: Real> Lifted<R> {
     }
 }
 
-/// The error of a part that is beyond the range of numbers at a node.
+/// Error for a quantity that overflows at a node.
 fn overflow(near: &Near, i: usize, what: &str) -> Error {
     Error::Overflow { what: format!("{what} at node {}", near.motion.node_of_whole(i)), value: f64::INFINITY }
 }

@@ -1,4 +1,4 @@
-//! A restart on other numbers, near the real one (`forward/restart.rs`); its adjoint is in `adjoint/restart.rs`.
+//! A restart in numbers of type R, near the real one (`forward/restart.rs`); its adjoint is in `adjoint/restart.rs`.
 
 use super::correction::{Shrinking, Size, add};
 use super::stage::CONVERGED;
@@ -10,11 +10,11 @@ use crate::motion::{column, column_mut};
 use crate::number::Real;
 use crate::system::NodeView;
 
-/// Corrections above this part of the one before have stopped shrinking: slow projections that converge at all shrink by a third.
+/// A correction larger than this fraction of the previous one no longer shrinks: those of slow projections that converge shrink by a third.
 const SHRINKING: f64 = 0.75;
 
 impl<R: Real> Lifted<R> {
-    /// Starts anew at a node: Φ = 0 and T_v as in `forward/restart.rs`, then v and σ as at node 0.
+    /// Restarts at a node: Φ = 0 and T_v as in `forward/restart.rs`, then v and σ as at node 0.
     pub(super) fn restart(&mut self, near: &mut Near, i: usize, restart: &Restart) -> Result<(), Error> {
         let v = column(&self.trajectory.v, i).to_vec();
         if let Some((nu, _)) = restart.projection {
@@ -31,7 +31,7 @@ impl<R: Real> Lifted<R> {
         self.solve_node(near, i)
     }
 
-    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 for q = q⁻ + w, from the real solution on, by corrections with K(0).
+    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 for q = q⁻ + w, starting from the real solution, by corrections with K(0).
     fn project(&mut self, near: &mut Near, i: usize, nu: &[f64]) -> Result<(), Error> {
         let (system, motion) = (near.system, near.motion);
         let before = column(&self.trajectory.q, i).to_vec();
@@ -60,7 +60,7 @@ impl<R: Real> Lifted<R> {
                     size.ok_or_else(|| overflow(near, i, "the complex or dual part of the projection onto Φ = 0"))?.of_all;
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));
                 nu.iter_mut().zip(&self.part.sigma).for_each(|(nu, &delta)| nu.add_to_part(part, delta));
-                // The perturbation may be that of an input in far larger units: what still shrinks, if by a third, is no rounding.
+                // An input in much larger units may determine the perturbation; corrections that still shrink by a third are not rounding error.
                 let shrinks = size < SHRINKING * sizes.last && correction + 1 < MOST_CORRECTIONS_OF_PROJECTION;
                 let is_stalled = sizes.is_stalled(Size { of_part: size, of_all: f64::INFINITY });
                 done &= correction > 0 && (size <= CONVERGED && !shrinks || is_stalled);

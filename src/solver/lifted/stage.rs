@@ -1,4 +1,4 @@
-//! A stage on other numbers: r = 0 by corrections with the real tangent matrix, from the real solution on.
+//! A stage in numbers of type R: r = 0 by corrections with the real tangent matrix, starting from the real solution.
 
 use super::correction::{Shrinking, Size, add};
 use super::{Lifted, Near, overflow};
@@ -9,13 +9,13 @@ use crate::motion::column;
 use crate::node::SMALL;
 use crate::number::Real;
 
-/// Corrections beyond the first are made until they are below this, relative to the unknowns' parts …
+/// Size of a correction, relative to the parts of the unknowns, below which the iteration stops, after two corrections at least.
 pub(super) const CONVERGED: f64 = 1e-14;
-/// … or until the residual is below this, relative to its terms' parts: the rest is rounding.
+/// Residual relative to the parts of its terms below which the iteration stops as well: the rest is rounding error.
 const ROUNDING: f64 = 1e-13;
-/// Velocities below this part of the largest of the motion are rounding.
+/// Velocities below this fraction of the largest velocity of the motion are rounding error.
 const AT_REST: f64 = 1e-14;
-/// With an exact tangent matrix two corrections do; a slow decrease means that the blocks are wrong.
+/// Largest number of corrections. With an exact tangent matrix two suffice; slow convergence indicates wrong blocks.
 const MOST_CORRECTIONS_OF_STAGE: usize = 30;
 
 impl Near<'_> {
@@ -31,7 +31,7 @@ impl<R: Real> Lifted<R> {
         self.solve_stage(near, (i, self.trajectory.last_stage()), R::zero(), None)
     }
 
-    /// Solves a stage, or the end of the step into a node if there was a restart, from the real solution on.
+    /// Solves a stage, or the end of the step into a node at which the motion is restarted, starting from the real solution.
     pub(super) fn solve_stage(
         &mut self,
         near: &mut Near,
@@ -82,7 +82,7 @@ impl<R: Real> Lifted<R> {
         lift(now.sigma, sigma);
     }
 
-    /// q = q̄ + h v and the sums of all elements there.
+    /// Computes q = q̄ + h v and the sums of all elements there.
     fn evaluate(&mut self, near: &Near, (i, s): (usize, usize), h: R) {
         let now = self.trajectory.stage_mut(i, s);
         for ((q, &start), &v) in now.q.iter_mut().zip(&self.start_q).zip(now.v.iter()) {
@@ -97,8 +97,8 @@ impl<R: Real> Lifted<R> {
         }
     }
 
-    /// One correction of every part by K⁻¹; returns its size, the largest of all parts, and whether the residual before it was nothing but
-    /// rounding; if all parts are finite.
+    /// Corrects every part by K⁻¹. Returns the size of the largest correction, and true if the residual before it was only rounding error;
+    /// `None` if a part is not finite.
     fn correct(&mut self, near: &mut Near, (i, s): (usize, usize), h: R) -> Option<(Size, bool)> {
         let (mut largest, mut is_rounding) = (Size::default(), true);
         for part in 0..R::PARTS {
@@ -107,7 +107,7 @@ impl<R: Real> Lifted<R> {
                 let terms = [self.start_p[k], h * self.sums.force()[k], self.sums.l_v()[k]];
                 *r = (terms[0] + terms[1] - terms[2]).part(part);
                 residual = residual.max(r.abs());
-                // A term whose part is zero but for rounding counts by its real part and the size of the perturbation.
+                // A term whose part is zero except for rounding counts with its real part times the size of the perturbation.
                 for term in terms {
                     scale = scale.max(term.part(part).abs()).max(term.part(0).abs() * self.unit[part]);
                 }
@@ -116,19 +116,19 @@ impl<R: Real> Lifted<R> {
             self.part.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
             near.newton.solve(near.system, &mut self.part);
             let unit = self.unit[part];
-            // At rest but for rounding, derivatives that vanish are rounding too.
+            // In a motion at rest except for rounding, derivatives that vanish are rounding error as well.
             let speed = largest_real(self.trajectory.stage(i, s).v);
             let floor = if speed <= AT_REST * self.speed { SMALL * self.speed * unit } else { 0.0 };
             largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (floor, unit))?);
-            // σ from rest is a difference of momenta, and its rounding is theirs.
+            // If the motion starts from rest, σ is a difference of momenta and has their rounding error.
             let sigma = add(self.trajectory.stage_mut(i, s).sigma, part, &self.part.sigma, (SMALL * scale, unit))?;
-            // Of dependent constraints, the part of σ that moves nothing is known to a few digits only.
+            // For dependent constraints, the component of σ that causes no motion is known to a few digits only.
             largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
         }
         Some((largest, is_rounding))
     }
 
-    /// p* = p̄ + h ṗ*, and ṗ* = 𝓛_q + Q.
+    /// Stores p* = p̄ + h ṗ* and ṗ* = 𝓛_q + Q.
     fn store(&mut self, (i, s): (usize, usize), h: R) {
         let now = self.trajectory.stage_mut(i, s);
         for ((p, &start), &force) in now.p_star.iter_mut().zip(&self.start_p).zip(self.sums.force()) {

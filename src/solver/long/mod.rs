@@ -1,7 +1,7 @@
-//! [`LongSolver`]: motions of any length in memory that is given.
+//! [`LongSolver`]: motions of any length within a given amount of memory.
 //!
-//! A window of L nodes is stored in full, as in a [`Solver`](crate::Solver). Of a longer motion only checkpoints are kept, from which any part is
-//! computed again, to the last bit, when the adjoint sweep comes to it:
+//! A window of L nodes is stored in full, as in a [`Solver`](crate::Solver). Of a longer motion only checkpoints are stored. When the adjoint sweep
+//! reaches a part of the motion, this part is recomputed from its checkpoint, with bitwise identical results:
 //!
 //! ```text
 //!   forward  ├──────●──────●──────●──────┤   c checkpoints
@@ -9,9 +9,9 @@
 //!                                     ├──┤   until a part fits into the window
 //! ```
 //!
-//! With r levels N ≤ L cʳ nodes are reached, and every step is computed r + 1 times. Nodes that are inserted where steps are halved are not known
-//! before: there is memory for some, and when there are more, the way goes on without checkpoints, is planned anew at the end, for the grid
-//! that is known then, and taken once more.
+//! With r levels, N ≤ L cʳ nodes can be reached, and every step is computed r + 1 times. The number of nodes that halved steps insert is not known
+//! in advance. Memory is reserved for some; if there are more, the motion is continued without checkpoints, and then computed once more with a
+//! new plan for the grid that is known by then.
 
 mod plan;
 mod state;
@@ -32,7 +32,7 @@ use crate::motion::{Progress, Refinement, Report, Watch};
 use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings, System};
 
-/// One node in so many is planned besides those of the given grid.
+/// The plan includes one additional node for this many nodes of the given grid.
 const SPARE: usize = 8;
 
 /// A solver for motions that do not fit into memory: value and gradient within a given number of bytes.
@@ -55,17 +55,17 @@ pub struct LongSolver<'s> {
     /// The nodes of the given grid.
     given: usize,
     forward: ForwardSweep,
-    /// One for each right-hand side; none for a motion alone.
+    /// One sweep for each right-hand side; empty if only the motion is computed.
     sweeps: Vec<AdjointSweep>,
-    /// Of all of them.
+    /// The work of all sweeps.
     adjoint_report: Report,
     plan: Plan,
-    /// Whether the plan has room for restarts that nobody asked for: dependent constraints are left out.
+    /// True if the plan has room for restarts that the settings do not request, because dependent constraints are left out.
     leaves_out: bool,
     checkpoints: Vec<Checkpoint>,
-    /// The nodes of the last motion that were computed.
+    /// The number of computed nodes of the last motion.
     computed: usize,
-    /// J and the outputs of the last motion, unless nodes were inserted on the way.
+    /// J and the outputs of the last motion; `None` if nodes were inserted during the motion.
     values: Option<Values>,
 }
 
@@ -116,7 +116,7 @@ impl<'s> LongSolver<'s> {
         Ok(&self.sweeps[0].gradient)
     }
 
-    /// The gradient of w₀ J + Σ w_k r_k over the outputs r, as [`Solver::weighted_gradient`](crate::Solver::weighted_gradient) computes it.
+    /// The gradient of w₀ J + Σ w_k r_k over the outputs r, as in [`Solver::weighted_gradient`](crate::Solver::weighted_gradient).
     ///
     /// # Errors
     /// As [`gradient`](Self::gradient), or a number of weights that differs from that of the outputs, or a weight that is not finite.
@@ -126,7 +126,7 @@ impl<'s> LongSolver<'s> {
         Ok(&self.sweeps[0].gradient)
     }
 
-    /// Values and gradients of all outputs by one backward sweep for all of them.
+    /// Values and gradients of all outputs, by one common backward sweep.
     ///
     /// # Errors
     /// As [`gradient`](Self::gradient).
@@ -140,7 +140,7 @@ impl<'s> LongSolver<'s> {
         Ok(self.sweeps.drain(..).map(|sweep| sweep.gradient).collect())
     }
 
-    /// Computes the motion, and goes back with so many right-hand sides, at least one: a plan for the motion alone has no way back.
+    /// Computes the motion and one backward sweep with at least one right-hand side: a plan for the motion alone has no checkpoints.
     fn differentiate(
         &mut self,
         inputs: &Inputs,
@@ -213,7 +213,7 @@ impl<'s> LongSolver<'s> {
         inputs.check(self.system)?;
         self.given = inputs.grid.nodes();
         let tight = self.plan_within(self.bytes, self.given).ok_or_else(|| self.too_little(self.given, 0))?;
-        // Some nodes more, should steps be halved, unless they make the work much larger.
+        // Room for additional nodes, in case steps are halved, unless it makes the work much larger.
         let roomy = self.plan_within(self.bytes, self.given + (self.given / SPARE).max(SHORTEST));
         self.plan = roomy.filter(|roomy| roomy.levels == tight.levels).unwrap_or(tight);
         self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
@@ -221,10 +221,10 @@ impl<'s> LongSolver<'s> {
         self.forward.begin(self.system, inputs, self.plan.window + HISTORY, &self.settings)
     }
 
-    /// Computes everything from node 0 on, with a checkpoint after every so many nodes; false if there were more than planned, and the
-    /// checkpoints had to go.
+    /// Computes the motion from node 0 on, with a checkpoint after every `every` nodes. Returns false if there were more nodes than planned,
+    /// so that the checkpoints were discarded.
     fn forward_to_end(&mut self, mut every: usize, visit: &mut impl FnMut(&State)) -> Result<bool, Error> {
-        // Those of the sweeps are made anew for the way back.
+        // The refinements of the sweeps are set up again before the backward sweep.
         self.sweeps.iter_mut().for_each(|sweep| sweep.refinement = Refinement::default());
         let (refinement, inserted) = (self.forward.motion.refinement(), self.forward.motion.trajectory.inserted.len());
         let mut sums = Sums::new(self.system, &refinement);
@@ -233,7 +233,7 @@ impl<'s> LongSolver<'s> {
             let until = self.checkpoints.last().map_or(0, |checkpoint| checkpoint.node).saturating_add(every);
             let result = self.advance(until.saturating_add(1));
             let reached = self.forward.reached();
-            // Beside steps that are halved now, weights are not known yet.
+            // If steps are being halved, the weights of the sums are not known yet.
             let is_known = self.forward.motion.trajectory.inserted.len() == inserted;
             for node in shown..reached {
                 visit(&self.forward.state(node));
@@ -258,7 +258,7 @@ impl<'s> LongSolver<'s> {
         }
     }
 
-    /// Makes room for more nodes of the grid, by keeping nothing but the shortest window of the motion.
+    /// Makes room for more nodes of the grid by storing only the shortest window of the motion.
     fn give_up_checkpoints(&mut self) -> Result<(), Error> {
         self.checkpoints = Vec::new();
         self.forward.slide();
@@ -270,7 +270,7 @@ impl<'s> LongSolver<'s> {
         let of_one_more = self.bytes_of_grid(nodes + 1) - self.bytes_of_grid(nodes);
         let free = self.bytes.saturating_sub(window + self.bytes_of_grid(nodes));
         if free < of_one_more {
-            // That many at least, which must have room beside the shortest window too.
+            // At least twice as many nodes are expected; they need room beside the shortest window, too.
             return Err(self.too_little(2 * nodes, window + self.bytes_of_grid(2 * nodes)));
         }
         self.plan.nodes = nodes + free / of_one_more;
@@ -278,7 +278,7 @@ impl<'s> LongSolver<'s> {
         Ok(())
     }
 
-    /// Computes the nodes before this one, as far as the window has room.
+    /// Computes the nodes before `end`, as far as the window has room.
     fn advance(&mut self, end: usize) -> Result<bool, Error> {
         let room = self.forward.motion.first + self.plan.window + HISTORY;
         self.forward.advance(self.system, &self.settings, room.min(end))
@@ -290,7 +290,7 @@ impl<'s> LongSolver<'s> {
         }
     }
 
-    /// The adjoint sweep through the nodes from `to` down to `from` + 1 (to 0, if `from` is 0), computed again from the last checkpoint.
+    /// The adjoint sweep through the nodes from `to` down to `from` + 1 (to 0, if `from` is 0), recomputed from the last checkpoint.
     fn back(&mut self, from: usize, to: usize) -> Result<(), Error> {
         if self.plan.levels > 0 {
             self.load(from)?;
@@ -299,13 +299,13 @@ impl<'s> LongSolver<'s> {
             return self.split(from, to);
         }
         self.forward.advance(self.system, &self.settings, to + 1)?;
-        debug_assert!(self.forward.reached() > to, "known steps are taken again");
+        debug_assert!(self.forward.reached() > to, "the steps computed before succeed again");
         let last = if from == 0 { 0 } else { from + 1 };
         let ForwardSweep { motion, stepper, watch, .. } = &mut self.forward;
         AdjointSweep::back(&mut self.sweeps, self.system, motion, &mut stepper.newton, (last..to + 1, watch))
     }
 
-    /// One more level of checkpoints between two nodes.
+    /// Adds one more level of checkpoints between two nodes.
     fn split(&mut self, from: usize, to: usize) -> Result<(), Error> {
         let part = (to - from).div_ceil(self.plan.checkpoints.max(2)).max(self.plan.window);
         let base = self.checkpoints.len();
@@ -327,7 +327,7 @@ impl<'s> LongSolver<'s> {
         self.back(from, end)
     }
 
-    /// Goes back to the last checkpoint, which is that of this node, or to the start.
+    /// Restores the last checkpoint if it is at this node; otherwise returns to the start.
     fn load(&mut self, node: usize) -> Result<(), Error> {
         match self.checkpoints.last().filter(|checkpoint| checkpoint.node == node) {
             Some(checkpoint) => {

@@ -1,4 +1,4 @@
-//! How the memory that is given to a [`LongSolver`] is divided into a window and checkpoints.
+//! Division of the memory of a [`LongSolver`] into a window and checkpoints.
 
 use super::LongSolver;
 use crate::forward::HISTORY;
@@ -6,28 +6,28 @@ use crate::motion::{Refinement, Trajectory};
 use crate::solver::checkpoint::Checkpoint;
 use crate::{Error, Settings};
 
-/// With more levels than this the work would no longer be worth the memory that is saved.
+/// Largest number of levels; with more, the additional work would outweigh the saved memory.
 const MOST_LEVELS: usize = 4;
-/// The shortest window that makes sense.
+/// Number of nodes of the shortest useful window.
 pub(super) const SHORTEST: usize = 16;
 
-/// How the memory is divided.
+/// Division of the memory.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Plan {
-    /// The most nodes of the grid taken.
+    /// Largest number of nodes of the grid.
     pub(super) nodes: usize,
-    /// L.
+    /// L, the number of nodes of the window.
     pub(super) window: usize,
-    /// c.
+    /// c, the number of checkpoints of a level.
     pub(super) checkpoints: usize,
-    /// r.
+    /// r, the number of levels.
     pub(super) levels: usize,
 }
 
 impl Plan {
     pub(super) const NONE: Plan = Plan { nodes: 0, window: 0, checkpoints: 0, levels: 0 };
 
-    /// A checkpoint of the first level comes after every so many nodes.
+    /// Number of nodes between two checkpoints of the first level.
     pub(super) fn part(&self) -> usize {
         (self.nodes - 1).div_ceil(self.checkpoints.max(1)).max(self.window)
     }
@@ -39,17 +39,17 @@ impl LongSolver<'_> {
         self.system.bytes_per_node(&Settings { rebase_every: every, ..self.settings })
     }
 
-    /// The bytes that are kept of a grid with so many nodes besides windows and checkpoints.
+    /// The bytes stored for a grid of `nodes` nodes in addition to windows and checkpoints.
     pub(super) fn bytes_of_grid(&self, nodes: usize) -> usize {
         let number = size_of::<f64>();
         let inserted = nodes - self.given;
-        // Inputs on the grid taken, and the gradients on the given one.
+        // Inputs on the grid that is used, and gradients on the given grid.
         let columns = (nodes + self.sweeps.len() * self.given) * (1 + self.system.k()) * number;
-        // Their list may have room for twice as many, and a motion is summed as well as a gradient.
+        // The list of inserted nodes may have room for twice as many; without sweeps, the sums of the motion need one refinement.
         columns + 2 * inserted * size_of::<usize>() + self.sweeps.len().max(1) * Refinement::bytes(self.given, inserted)
     }
 
-    /// How much would do for so many nodes, and as much as this at least.
+    /// Error with the memory that suffices for `nodes` nodes, or `least` if that is more.
     pub(super) fn too_little(&self, nodes: usize, least: usize) -> Error {
         let plan = |bytes| self.plan_within(bytes, nodes);
         let (mut too_few, mut needed) = (self.bytes, 2 * self.bytes + 1024);
@@ -63,14 +63,14 @@ impl LongSolver<'_> {
         Error::Memory { given: self.bytes, needed: needed.max(least) }
     }
 
-    /// The fewest levels that reach the end of a grid of so many nodes with so many bytes.
+    /// The plan with the fewest levels that covers a grid of `nodes` nodes within `bytes` bytes.
     pub(super) fn plan_within(&self, bytes: usize, nodes: usize) -> Option<Plan> {
         let stored = self.bytes_per_node();
         let len = Trajectory::<f64>::len_of_node(self.system.n(), self.system.m());
         let behind = self.system.m() + self.system.n();
         let checkpoint = (HISTORY * len + behind) * size_of::<f64>() + size_of::<Checkpoint>();
         let free = bytes.checked_sub(self.bytes_of_grid(nodes) + HISTORY * stored)?;
-        // Nothing leads back.
+        // Without a backward sweep no checkpoints are needed.
         if self.sweeps.is_empty() {
             let window = nodes.min(free / stored);
             return (window >= SHORTEST.min(nodes)).then_some(Plan { nodes, window, checkpoints: 0, levels: 0 });

@@ -1,4 +1,4 @@
-//! [`State`]: what is shown of a motion while it is computed.
+//! [`State`]: a node of a motion, passed to a callback during the computation.
 
 use crate::forward::ForwardSweep;
 
@@ -15,14 +15,14 @@ pub struct State<'a> {
     pub v: &'a [f64],
     /// Augmented momenta p*, N s or N m s.
     pub p_star: &'a [f64],
-    /// Their rates ṗ*, N or N m.
+    /// Rates ṗ* of the augmented momenta, N or N m.
     pub p_star_dot: &'a [f64],
     /// Multipliers σ (impulses), N s or N m s.
     pub sigma: &'a [f64],
 }
 
 impl ForwardSweep {
-    /// A node within the window.
+    /// The state at a node within the window.
     pub(super) fn state(&self, node: usize) -> State<'_> {
         let k = node - self.motion.first;
         let y = self.motion.trajectory.columns(k);

@@ -1,4 +1,4 @@
-//! J and the outputs of a motion that is not stored: summed as its nodes come, in the order in which a [`Solver`](crate::Solver) sums them.
+//! J and the outputs of a motion that is not stored: summed node by node, in the order in which a [`Solver`](crate::Solver) sums them.
 
 use nalgebra::DVector;
 
@@ -8,13 +8,13 @@ use crate::motion::Refinement;
 use crate::system::CostFactors;
 use crate::{Error, System};
 
-/// J and the outputs, each unless a cost has no value.
+/// J and the outputs, or the error of a cost that has no value.
 pub(super) struct Values {
     cost: Result<f64, Error>,
     outputs: Result<DVector<f64>, Error>,
 }
 
-/// The sums up to a node: of J, and of the outputs.
+/// The sums for J and for the outputs, up to the current node.
 pub(super) struct Sums<'a>([(CostSum<'a>, Result<Vec<f64>, Error>); 2]);
 
 impl<'a> Sums<'a> {
@@ -24,7 +24,7 @@ impl<'a> Sums<'a> {
         Sums(factors.map(|factors| (CostSum::new(refinement, factors), Ok(vec![0.0; 1 + count]))))
     }
 
-    /// Adds what a node within the window gives.
+    /// Adds the contribution of a node within the window.
     pub(super) fn add(&mut self, system: &System, motion: &Motion, node: usize) {
         let is_last = node + 1 == motion.nodes();
         for (costs, sums) in &mut self.0 {
@@ -37,7 +37,7 @@ impl<'a> Sums<'a> {
         }
     }
 
-    /// Those of all nodes.
+    /// J and the outputs, after all nodes have been added.
     pub(super) fn values(&self, system: &System) -> Values {
         let checked = |sums: Vec<f64>| check_sums(system, &sums).map(|()| sums);
         let [cost, outputs] = self.0.each_ref().map(|(_, sums)| sums.clone().and_then(checked));
@@ -70,11 +70,11 @@ impl LongSolver<'_> {
             return Err(incomplete);
         }
         if self.values.is_none() {
-            // Parts that are computed again are not told of.
+            // Recomputed parts are not reported to the progress callback.
             self.forward.watch.turn();
             self.forward.begin_again(self.system, &self.settings)?;
             let again = self.forward_to_end(usize::MAX, &mut |_| ());
-            // What is wrong at the end was told of before, and all nodes are there.
+            // An error at the end was returned before, and all nodes are complete.
             again.map(|_| ()).or_else(|error| if self.values.is_some() { Ok(()) } else { Err(error) })?;
         }
         self.values.as_ref().ok_or(incomplete)
