@@ -1,4 +1,4 @@
-//! What a scene refuses: the first thing found wrong is kept, and told by [`Scene::compile`].
+//! Checks of a scene while it is built. The first error is stored and returned by [`Scene::compile`].
 
 use std::collections::HashSet;
 
@@ -25,7 +25,7 @@ impl Scene {
         known
     }
 
-    /// Refuses parameters of a ready part by the names that they have there.
+    /// Reports numbers of a ready-made part that are not finite, by their names in this part.
     pub(super) fn check_part(&mut self, name: &str, part: &Part) {
         let ends = part.points.iter().zip(part.kind.places);
         self.check_finite(ends.flat_map(|(point, end)| point.at.map(|x| (x, move || format!("point `{end}` of `{name}`")))));
@@ -47,14 +47,14 @@ impl Scene {
         false
     }
 
-    /// Reports a value that a scene cannot be built with.
+    /// Reports a parameter that does not satisfy a condition.
     pub(crate) fn require(&mut self, holds: bool, what: &str, value: f64, must_be: &'static str) {
         if !holds {
             self.report(Error::Parameter { what: what.to_string(), value, must_be });
         }
     }
 
-    /// Keeps the first problem.
+    /// Stores the first error.
     pub(crate) fn report(&mut self, error: Error) {
         self.problem.get_or_insert(error);
     }

@@ -21,7 +21,7 @@ pub struct EndState {
 }
 
 impl EndState {
-    /// The names of both for a coordinate of this name.
+    /// The names of both outputs for the coordinate with the given name.
     pub(super) fn names(coordinate: &str) -> [String; 2] {
         ["value", "rate"].map(|what| format!("{what} of {coordinate} at the end"))
     }
@@ -45,7 +45,7 @@ impl Cost<0, 0, 1, 1> for Effort {
     }
 }
 
-/// b, whose integral is b times the duration.
+/// b; its integral is b times the duration.
 struct Time;
 
 impl Cost<0, 0, 0, 1> for Time {
@@ -64,8 +64,8 @@ impl Cost<1, 0, 0, 0> for Rate {
 }
 
 impl Scene {
-    /// Adds a cost h or S of Eq. (5) on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` is the rule by which its values at
-    /// the nodes are summed.
+    /// Adds a cost h or S of Eq. (5) that depends on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` is the rule by which its
+    /// values at the nodes are summed.
     #[expect(clippy::too_many_arguments, reason = "the arguments of the cost function, one list each")]
     pub fn cost<C, const N: usize, const M: usize, const K: usize, const P: usize>(
         &mut self,
@@ -183,12 +183,12 @@ impl Scene {
         })
     }
 
-    /// Notes a ready cost or output, and adds what it is made of.
+    /// Records a ready-made cost or output, and adds its terms.
     fn ready_cost<R>(&mut self, name: &str, cost: ReadyCost, add: impl FnOnce(&mut Self) -> R) -> R {
         self.noted(name, Added::Cost(cost), |scene, _| add(scene))
     }
 
-    /// Adds a cost on lists whose lengths are known at run time ([`ListCost`]).
+    /// Adds a cost as a function of lists whose lengths are known at run time ([`ListCost`]).
     #[expect(clippy::too_many_arguments, reason = "the arguments of the cost function, one list each")]
     pub fn list_cost<C: ListCost>(
         &mut self,
@@ -203,7 +203,7 @@ impl Scene {
         self.add_cost((name, 0), (cost, sum), (q, sigma, u), b);
     }
 
-    /// Adds a term on lists ([`ListCost`]) to an output.
+    /// Adds a term as a function of lists ([`ListCost`]) to an output.
     #[expect(clippy::too_many_arguments, reason = "the arguments of the function, one list each")]
     pub fn list_term<C: ListCost>(
         &mut self,
@@ -232,7 +232,7 @@ impl Scene {
             & self.check(name, "multiplier", sigma.iter().map(|s| s.0))
             & self.check(name, "control", u.iter().map(|u| u.0))
             & self.check_params(name, b);
-        // An output of one's own says it all with its name.
+        // The name of a user-defined output already records its term of the same name.
         let is_said = |output: usize| self.parts.outputs[output] == name && self.recipe.is_own(output);
         if !output.checked_sub(1).is_some_and(is_said) {
             self.recipe.note_own(name);

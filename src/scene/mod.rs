@@ -1,6 +1,6 @@
 //! A scene: a mechanism as a list of coordinates, elements, controls and design variables.
 //!
-//! Adding never fails; [`Scene::compile`] checks everything and gives the [`System`] that can be simulated.
+//! The methods that add parts never fail; [`Scene::compile`] checks everything and returns the [`System`] to be simulated.
 
 mod checks;
 mod costs;
@@ -25,7 +25,7 @@ use ready::{Added, Recipe};
 
 /// A mechanism under construction.
 ///
-/// Add planar bodies and joints with the methods of [`planar`], and anything else as elements on coordinates of your own:
+/// Add planar bodies and joints with the methods of [`planar`], and anything else as user-defined elements on coordinates:
 ///
 /// ```
 /// use hamiltonian_adjoint::{KineticEnergy, PotentialEnergy, Scalar, Scene};
@@ -59,7 +59,7 @@ pub struct Scene {
     elements: Vec<String>,
     costs_named: Vec<String>,
     recipe: Recipe,
-    /// The first thing found wrong, reported by `compile`.
+    /// The first error found, returned by `compile`.
     problem: Option<Error>,
 }
 
@@ -78,13 +78,13 @@ impl Scene {
 
     /// Adds generalized coordinates that belong together (a body, a whole mechanism), in m or rad.
     ///
-    /// The coordinates of a group are eliminated together in the linear solves, so group closely coupled coordinates.
+    /// The coordinates of a group are eliminated together in the linear solves, so put closely coupled coordinates into one group.
     pub fn coordinates<const N: usize>(&mut self, group: &str, names: [&str; N]) -> [Coordinate; N] {
         let first = self.coordinate_group(group, &names);
         std::array::from_fn(|i| Coordinate(self.tag.handle(first + i)))
     }
 
-    /// The number of the first.
+    /// Adds a group of coordinates and returns the number of the first.
     pub(crate) fn coordinate_group(&mut self, group: &str, names: &[&str]) -> usize {
         self.recipe.note(group, || Added::Coordinates(names.iter().map(|name| name.to_string()).collect()));
         let first = self.parts.coordinates.len();
@@ -267,7 +267,7 @@ impl Scene {
         self.add(name, (TypeId::of::<T>(), &[], Arc::new(formula)), (q, sigma), u, b);
     }
 
-    /// Adds an element of which only some coordinates are there, by its own numbers.
+    /// Adds an element of which only the coordinates `there` (by their numbers in the element) exist.
     pub(crate) fn insert_on<T: AnyElement + 'static>(
         &mut self,
         name: &str,
@@ -295,7 +295,7 @@ impl Scene {
         let known = self.check(name, "coordinate", q.iter().map(|q| q.0))
             & self.check(name, "control", u.iter().map(|u| u.0))
             & self.check_params(name, b);
-        // An energy or force on no coordinates is nothing, and dual numbers cannot be made for it.
+        // An energy or force without coordinates has no effect, and dual numbers cannot represent it.
         if !known || !self.check_distinct(name, q) || q.len() + sigma.len() == 0 {
             return;
         }
@@ -312,7 +312,7 @@ impl Scene {
         self.parts.push((of, there), item);
     }
 
-    /// The equations of a new constraint.
+    /// Adds the equations of a constraint.
     fn equations(&mut self, name: &str, count: usize) -> Range<usize> {
         let first = self.parts.equations;
         self.parts.equations += count;
@@ -324,18 +324,18 @@ impl Scene {
         std::array::from_fn(|j| Multiplier(self.tag.handle(first + j)))
     }
 
-    /// Notes that a parameter must be positive: checked when the scene is compiled and before every run.
+    /// Requires a parameter to be positive; checked when the scene is compiled and before every run.
     pub(crate) fn require_positive(&mut self, param: Param, what: String) {
         self.note_required(Required { param, what, may_be_zero: false });
     }
 
-    /// Notes that a parameter must be positive or zero.
+    /// Requires a parameter to be positive or zero.
     pub(crate) fn require_inertia(&mut self, param: Param, what: String) {
         self.note_required(Required { param, what, may_be_zero: true });
     }
 
     fn note_required(&mut self, required: Required) {
-        // Before its element calls it by a number.
+        // Checked here with its name, before the element reports it with its number only.
         let value = required.param.factor();
         if !value.is_finite() {
             self.report(Error::NotFinite { what: required.what.clone(), value });
@@ -343,7 +343,7 @@ impl Scene {
         self.parts.positive.push(required);
     }
 
-    /// Notes how a part is drawn.
+    /// Records how a part is drawn.
     pub(crate) fn draw(&mut self, name: &str, shape: Shape, a: Point, b: Point) {
         self.parts.sketch.drawn.push(Drawn { name: name.to_string(), shape, a, b });
     }
@@ -359,7 +359,7 @@ impl Scene {
         }
     }
 
-    /// Stands in for the multipliers of a joint that could not be added.
+    /// Placeholder for the multipliers of a joint that could not be added.
     pub(crate) fn no_multipliers<const M: usize>(&self) -> [Multiplier; M] {
         std::array::from_fn(|_| Multiplier(self.tag.handle(0)))
     }

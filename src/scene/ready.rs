@@ -1,12 +1,12 @@
-//! The ready parts of a scene as data, in the order in which they were added: what a file of the scene has.
+//! The ready-made parts of a scene as data, in the order in which they were added: the content of a scene file.
 
 use super::EndState;
 use crate::model::{Control, Coordinate, Design, Frame, Param, Point};
 use crate::{Multiplier, Output, Scene};
 
-/// What was added to a scene, besides elements, costs and outputs of the user's own.
+/// A ready-made part of a scene, as opposed to user-defined elements, costs and outputs.
 #[derive(Clone, Debug)]
-#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "files alone read it"))]
+#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "read only by `files`"))]
 pub(crate) enum Added {
     Control,
     Design(f64),
@@ -14,7 +14,7 @@ pub(crate) enum Added {
     Coordinates(Vec<String>),
     /// The initial value of a coordinate.
     Place(Coordinate, f64),
-    /// Along x and y, m/s².
+    /// Gravity along x and y, m/s².
     Gravity([Param; 2]),
     /// Mass and moment of inertia; x, y, φ.
     Body([Param; 2], [f64; 3]),
@@ -24,9 +24,9 @@ pub(crate) enum Added {
     Cost(ReadyCost),
 }
 
-/// A ready cost or output.
+/// A ready-made cost or output.
 #[derive(Clone, Debug)]
-#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "files alone read it"))]
+#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "read only by `files`"))]
 pub(crate) enum ReadyCost {
     Effort { control: Control, weight: Param },
     Time { weight: Param },
@@ -38,11 +38,11 @@ pub(crate) enum ReadyCost {
 #[derive(Clone, Debug)]
 pub(crate) struct Part {
     pub(crate) kind: &'static Kind,
-    /// As many as its kind has; frames alone as their origins.
+    /// Points, as many as the kind has places; a frame without a point is represented by its origin.
     pub(crate) points: Vec<Point>,
     pub(crate) numbers: Vec<Param>,
     pub(crate) control: Option<Control>,
-    /// A ready function of time, by its name, and its parameters.
+    /// Name and parameters of a ready-made function of time.
     pub(crate) motion: Option<(&'static str, Vec<Param>)>,
 }
 
@@ -57,7 +57,7 @@ impl Part {
         [self.points[0], self.points[1]]
     }
 
-    /// What drives it; only kinds with a control ask.
+    /// The control that drives the part, for kinds that have a control.
     pub(crate) fn by(&self) -> [Control; 1] {
         self.control.map_or_else(|| unreachable!("a part of this kind has a control"), |control| [control])
     }
@@ -68,21 +68,21 @@ impl Part {
     }
 }
 
-/// What parts of one kind are made of.
-#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "files alone read it"))]
+/// A kind of ready-made parts.
+#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "read only by `files`"))]
 pub(crate) struct Kind {
     pub(crate) name: &'static str,
-    /// What its places are called.
+    /// Names of the places at which the part is attached.
     pub(crate) places: &'static [&'static str],
-    /// Whether they are points, not frames alone.
+    /// True if the places are points, false if they are frames.
     pub(crate) at_points: bool,
-    /// What its numbers are called.
+    /// Names of the numbers.
     pub(crate) numbers: &'static [&'static str],
-    /// What its control is called, if it has one.
+    /// Name of the control, if there is one.
     pub(crate) control: Option<&'static str>,
-    /// Whether it follows a function of time.
+    /// True if the part depends on a function of time.
     pub(crate) moves: bool,
-    /// Adds the elements of a part: compiled here once, however many programs use it.
+    /// Adds the elements of a part. As a function of this crate it is compiled once, for all programs that use it.
     pub(crate) add: fn(&mut Scene, &str, &Part),
 }
 
@@ -93,7 +93,7 @@ impl std::fmt::Debug for Kind {
 }
 
 impl Kind {
-    /// Between a point of a and one of b.
+    /// A kind between a point of a and a point of b.
     pub(crate) const fn of_points(
         name: &'static str,
         numbers: &'static [&'static str],
@@ -102,7 +102,7 @@ impl Kind {
         Kind { name, places: &["a", "b"], at_points: true, numbers, control: None, moves: false, add }
     }
 
-    /// Between the bodies a and b.
+    /// A kind between the frames a and b.
     pub(crate) const fn of_frames(
         name: &'static str,
         numbers: &'static [&'static str],
@@ -124,14 +124,14 @@ impl Kind {
     }
 }
 
-/// Whether the elements that are being added belong to a ready part.
+/// The recorded parts of a scene.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Recipe {
-    /// With their names.
+    /// Ready-made parts with their names.
     pub(super) added: Vec<(String, Added)>,
-    /// Names of the user's own elements, costs and outputs.
+    /// Names of user-defined elements, costs and outputs.
     pub(super) own: Vec<String>,
-    /// Outputs that are no user's own.
+    /// Outputs that belong to ready-made costs.
     ready_outputs: Vec<usize>,
     within: bool,
 }
@@ -162,7 +162,7 @@ impl Recipe {
 }
 
 impl Scene {
-    /// Notes what is added, and adds what it is made of.
+    /// Records a ready-made part, and adds its elements.
     pub(super) fn noted<R>(&mut self, name: &str, added: Added, add: impl FnOnce(&mut Self, &Added) -> R) -> R {
         let outside = std::mem::replace(&mut self.recipe.within, true);
         let result = add(self, &added);
@@ -171,7 +171,7 @@ impl Scene {
         result
     }
 
-    /// Adds a ready part.
+    /// Adds a ready-made part.
     pub(crate) fn ready(&mut self, name: &str, part: Part) {
         self.check_part(name, &part);
         self.noted(name, Added::Part(part), |scene, added| {
@@ -181,7 +181,7 @@ impl Scene {
         });
     }
 
-    /// Adds a ready part between two points.
+    /// Adds a ready-made part between two points.
     pub(super) fn ready_between(
         &mut self,
         name: &str,
@@ -192,12 +192,12 @@ impl Scene {
         self.ready(name, Part { kind, points: points.to_vec(), numbers: numbers.into(), control: None, motion: None });
     }
 
-    /// Adds a ready part between two points that a control drives.
+    /// Adds a ready-made part between two points that is driven by a control.
     pub(super) fn ready_driven(&mut self, name: &str, kind: &'static Kind, points: [Point; 2], axis: &[Param], by: Control) {
         self.ready(name, Part { kind, points: points.to_vec(), numbers: axis.to_vec(), control: Some(by), motion: None });
     }
 
-    /// Adds a ready joint and returns its multipliers.
+    /// Adds a ready-made joint and returns its multipliers.
     pub(super) fn ready_joint<const M: usize>(
         &mut self,
         name: &str,
@@ -208,7 +208,7 @@ impl Scene {
         self.multipliers_of(|scene| scene.ready_between(name, kind, points, numbers))
     }
 
-    /// The multipliers of the equations that are added.
+    /// The multipliers of the equations added by `add`.
     pub(super) fn multipliers_of<const M: usize>(&mut self, add: impl FnOnce(&mut Self)) -> [Multiplier; M] {
         let first = self.parts.equations;
         add(self);
@@ -219,10 +219,10 @@ impl Scene {
     }
 }
 
-/// What files ask of a scene.
+/// Access for scene files.
 #[cfg(feature = "files")]
 impl Scene {
-    /// The first thing found wrong.
+    /// The first error found.
     pub(crate) fn problem(&self) -> Option<&crate::Error> {
         self.problem.as_ref()
     }
@@ -244,12 +244,12 @@ impl Scene {
         self.parts.sketch.bodies.iter().map(|(name, frame)| (name.as_str(), *frame))
     }
 
-    /// All that was added, with names, in order.
+    /// All ready-made parts with their names, in the order in which they were added.
     pub(crate) fn added(&self) -> &[(String, Added)] {
         &self.recipe.added
     }
 
-    /// Names of elements, costs and outputs that are the user's own.
+    /// Names of user-defined elements, costs and outputs.
     pub(crate) fn own(&self) -> &[String] {
         &self.recipe.own
     }

@@ -7,7 +7,7 @@ use crate::model::element::{CostPoint, Sum};
 use crate::scene::planar::Body;
 use crate::{Control, Cost, Multiplier, Scalar, Scene};
 
-/// More than these would fill the memory with names before a scene could be refused.
+/// Largest number of links: with more, their names would fill the memory before the scene could be rejected.
 const MOST_LINKS: usize = 1_000_000;
 
 /// The paper's example (section 4): a cart on a rail with a chain of hanging links, swung up by a force on the cart.
@@ -108,7 +108,7 @@ impl CartPendulum {
         scene
     }
 
-    /// The scene without a cost, and handles of its parts, for a cost or further elements of your own.
+    /// The scene without a cost, with the handles of its parts for a cost or further elements of your own.
     pub fn mechanism(&self) -> CartScene {
         let mut scene = Scene::new();
         let fits = (1..=MOST_LINKS).contains(&self.links);

@@ -80,8 +80,8 @@ impl PotentialEnergy<2, 3> for Weight {
 }
 
 impl Scene {
-    /// Adds a rigid body with mass (kg), moment of inertia about its centre (kg m²) and initial position (x, y, φ). Both may be 0 where joints determine
-    /// what has none: a point mass on a rod.
+    /// Adds a rigid body with mass (kg), moment of inertia about its centre (kg m²) and initial position (x, y, φ). Either may be 0 if joints
+    /// determine the coordinates without inertia, for example for a point mass on a rod.
     pub fn body(&mut self, name: &str, mass: impl Into<Param>, inertia: impl Into<Param>, place: [f64; 3]) -> Body {
         self.add_body(name, [mass.into(), inertia.into()], place)
     }
@@ -130,7 +130,7 @@ impl Scene {
         particle
     }
 
-    /// The point of a body, or of the ground, that is at (x, y) of the inertial frame in the initial position.
+    /// The point of a body, or of the ground, that is at (x, y) in the inertial frame when the bodies are in their initial positions.
     pub fn at_world(&self, frame: impl Into<Frame>, x: f64, y: f64) -> Point {
         let frame = frame.into();
         let [along, across] = self.local(frame, [x, y]);

@@ -1,4 +1,4 @@
-//! Bushings, dry friction and contact: laws of force that are steep, but smooth enough for a gradient.
+//! Bushings, dry friction and contact: force laws that are steep, but smooth enough for a gradient.
 
 use nalgebra::SVector;
 
@@ -51,7 +51,7 @@ impl Force<6, 0, 2> for CoulombFriction {
     }
 }
 
-/// Regularised dry friction along an axis of a: the force −F tanh(ṡ/v_s), with the position s of body b's point on the axis and the
+/// Regularised dry friction along an axis of a: the force −F tanh(ṡ/v_s), with the coordinate s of body b's point along the axis and the
 /// parameters `b` = [s_a, s_b, axis angle, F, v_s].
 #[derive(Clone, Copy, Debug)]
 pub struct CoulombSliding;
@@ -79,7 +79,7 @@ impl Force<6, 0, 9> for Contact {
         let damping = (S::one() - b[6] * away.dot(&at.v)).max(zero);
         let push = b[5] * depth.powf(1.5) * damping;
         let friction = b[7] * (along.dot(&at.v) / b[8]).tanh();
-        // Both act at the point of b: the reaction on a acts there too.
+        // Both act at the point of b; the reaction on a acts there, too.
         away * push - along * (push * friction)
     }
 }
@@ -156,8 +156,8 @@ impl Scene {
         self.ready_between(name, &COULOMB_FRICTION, frames, [torque.into(), speed.into()]);
     }
 
-    /// Adds regularised dry friction of `b` sliding along the axis of `a` (rad, in a's frame): at most `force` (N), reached at a few times
-    /// `speed` (m/s). There is no sticking.
+    /// Adds regularised dry friction of `b` sliding along the axis of `a` (rad, in a's frame): a force of at most `force` (N), reached at a few
+    /// times `speed` (m/s). There is no sticking.
     pub fn coulomb_sliding(
         &mut self,
         name: &str,
@@ -172,8 +172,8 @@ impl Scene {
 
     /// Adds the contact of the point `b` with the half-plane through `a` whose outer `normal` is at an angle (rad) in a's frame.
     ///
-    /// `law` = [k in N/m^(3/2), c in s/m, μ, v_s in m/s]: Hertz' stiffness, Hunt and Crossley's damping, friction and the speed at which it
-    /// is reached. The force is only as smooth as δ^(3/2). Steps must resolve the duration of a contact; otherwise the gradient is that of
+    /// `law` = [k in N/m^(3/2), c in s/m, μ, v_s in m/s]: Hertz' stiffness, Hunt and Crossley's damping, coefficient and speed of regularised
+    /// friction. The force is only as smooth as δ^(3/2). Steps must resolve the duration of a contact; otherwise the gradient is that of
     /// a motion that misses the contact ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement)). There is no sticking.
     pub fn contact(&mut self, name: &str, a: Point, normal: impl Into<Param>, b: Point, law: [Param; 4]) {
         self.ready_between(name, &CONTACT, [a, b], [normal.into(), law[0], law[1], law[2], law[3]]);

@@ -1,4 +1,4 @@
-//! How elements of one's own are drawn.
+//! Drawing of user-defined elements.
 
 use super::Point;
 use crate::Scene;

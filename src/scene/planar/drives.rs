@@ -1,4 +1,4 @@
-//! Prescribed distances and positions, actuators between two points, forces and torques given by time.
+//! Prescribed distances and positions, actuators between two points, and forces and torques as functions of time.
 
 use nalgebra::SVector;
 
@@ -15,9 +15,9 @@ use crate::{Constraint, Control, Error, Force, Multiplier, Param, Scalar, Scene}
 /// Largest number of parameters of a prescribed function f(t) in elements that are attached at points.
 pub const MOST_PARAMETERS: usize = 8;
 
-/// The parameters of a motion behind the first ones of an element.
+/// The parameters of a prescribed function, which follow the other parameters of an element.
 fn behind<S: Scalar, const P: usize>(b: &[S]) -> SVector<S, P> {
-    const { assert!(P <= MOST_PARAMETERS, "a motion with points beside it has at most MOST_PARAMETERS parameters") };
+    const { assert!(P <= MOST_PARAMETERS, "a function at points has at most MOST_PARAMETERS parameters") };
     SVector::from_fn(|i, _| b[i])
 }
 

@@ -71,7 +71,7 @@ impl Force<6, 0, 1> for JointFriction {
     }
 }
 
-/// Viscous friction along an axis of a: the force −d ds/dt, with the position s of body b's point on the axis and the parameters `b` =
+/// Viscous friction along an axis of a: the force −d ds/dt, with the coordinate s of body b's point along the axis and the parameters `b` =
 /// [s_a, s_b, axis angle, d].
 #[derive(Clone, Copy, Debug)]
 pub struct SlidingFriction;

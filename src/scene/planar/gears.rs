@@ -33,8 +33,8 @@ impl Constraint<3, 1, 3> for Rack {
 
 /// A curve F(x, y; b) = 0, for [`Scene::point_on_curve`]; F in m, with |grad F| ≈ 1, so that Φ is a distance.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no curve with this many parameters",
-    note = "implement `Curve<P>` with P the number of parameters that are given"
+    message = "`{Self}` is not a curve with this number of parameters",
+    note = "implement `Curve<P>` with P the number of given parameters"
 )]
 pub trait Curve<const P: usize>: Send + Sync + 'static {
     /// The value of F, m.
@@ -80,7 +80,7 @@ pub(super) static RACK: Kind = Kind::of_frames("rack", &["axis", "radius"], |sce
 
 impl Scene {
     /// Adds a pair of wheels with radii (m) that roll on each other, starting from their initial angles and turning in opposite directions.
-    /// A negative radius is that of a ring around the other wheel. The axles must be fixed, with revolute joints to the ground.
+    /// A negative radius is that of a ring gear around the other wheel. The axles must be fixed, with revolute joints to the ground.
     pub fn gear(
         &mut self,
         name: &str,

@@ -1,4 +1,4 @@
-//! Elements between two frames, of which one may be the ground or a particle: the same formulas with the coordinates that it lacks held at zero.
+//! Elements between two frames, of which one may be the ground or a particle: the same formulas with the missing coordinates fixed at zero.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use crate::model::{Control, Coordinate, Frame, Owner, Param};
 use crate::system::AnyElement;
 use crate::{Error, Scene};
 
-/// The coordinates of a pair of frames, and which of the six of two bodies they are.
+/// The coordinates of a pair of frames, and their numbers among the six coordinates of two bodies.
 struct Pair {
     q: Vec<Coordinate>,
     there: &'static [usize],
@@ -30,7 +30,7 @@ impl Pair {
     }
 }
 
-/// What may be at the ends of an element.
+/// The kinds of frames that an element can connect.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Ends {
     /// Bodies or the ground, because the element depends on angles.
@@ -40,7 +40,7 @@ pub(super) enum Ends {
 }
 
 impl Scene {
-    /// Adds an element on the coordinates of two bodies between two frames; false if it does not go with these, which is reported.
+    /// Adds an element for two bodies between two frames. Returns false, and reports the error, if the element does not support these frames.
     pub(super) fn between<T: AnyElement + 'static>(
         &mut self,
         name: &str,

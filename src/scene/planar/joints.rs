@@ -45,7 +45,7 @@ impl Constraint<6, 3, 5> for Weld {
 
 /// A massless rod between two points at the distance l: Φ = (|d|² − l²)/(2 l); b = [s_a, s_b, l].
 ///
-/// Φ is to first order the deviation of the distance from l, and it is smooth where |d| has a kink.
+/// To first order, Φ is the deviation of the distance from l; it is smooth also at d = 0, where |d| has a kink.
 #[derive(Clone, Copy, Debug)]
 pub struct Distance;
 
@@ -66,7 +66,7 @@ impl<F: Motion<P>, const P: usize> Constraint<6, 1, P> for DrivenAngle<F> {
     }
 }
 
-/// The unit vector at an angle to body a's x axis.
+/// The unit vector at the given angle to the x axis of body a.
 pub(super) fn axis<S: Scalar>(q: &SVector<S, 6>, angle: S) -> SVector<S, 2> {
     rotated(q[2] + angle, [S::one(), S::zero()])
 }
@@ -176,7 +176,7 @@ pub(super) fn points<const MORE: usize, const P: usize>(a: Point, b: Point, more
     points_and(a, b, more, [])
 }
 
-/// The parameters [s_a, s_b, more, those of a formula, zeros].
+/// The parameters [s_a, s_b, more, parameters of a function, zeros].
 pub(super) fn points_and<const MORE: usize, const F: usize, const P: usize>(
     a: Point,
     b: Point,
@@ -187,7 +187,7 @@ pub(super) fn points_and<const MORE: usize, const F: usize, const P: usize>(
     padded([a.at, b.at].into_iter().flatten().chain(more).chain(of_formula))
 }
 
-/// Some parameters and zeros behind them.
+/// The parameters, followed by zeros.
 pub(super) fn padded<const P: usize>(parameters: impl IntoIterator<Item = Param>) -> [Param; P] {
     let mut all = parameters.into_iter();
     std::array::from_fn(|_| all.next().unwrap_or(0.0.into()))

@@ -1,7 +1,7 @@
 //! Planar rigid bodies, joints and forces, as elements of a scene.
 //!
-//! A body has the coordinates (x, y, φ) of its centre of mass in the inertial frame, in m and rad. A point of a body is given in the body's
-//! own frame, `body.at(0.5, 0.0)`; [`Body::GROUND`] is the inertial frame and has no coordinates. Every number can be replaced by a
+//! A body has the coordinates (x, y, φ) of its centre of mass in the inertial frame, in m and rad. A point of a body is expressed in the
+//! body's own frame, `body.at(0.5, 0.0)`; [`Body::GROUND`] is the inertial frame and has no coordinates. Every number can be replaced by a
 //! [`Design`](crate::Design) variable.
 //!
 //! ```
@@ -45,7 +45,7 @@ pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
 pub(crate) use motion::MOTIONS;
 pub use motion::{Constant, ConstantSpeed, Harmonic, Motion};
 
-/// All kinds of ready parts.
+/// All kinds of ready-made parts.
 #[cfg(feature = "files")]
 pub(crate) static KINDS: [&crate::scene::ready::Kind; 22] = [
     &joints::REVOLUTE,

@@ -1,4 +1,4 @@
-//! Prescribed motions of driven joints.
+//! Prescribed functions of time for driven joints, forces and torques.
 
 use std::any::Any;
 
@@ -10,8 +10,8 @@ use crate::{Scalar, Scene};
 
 /// A prescribed function of time, in rad, m, N or N m.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no motion with this many parameters",
-    note = "implement `Motion<P>` with P the number of parameters that are given"
+    message = "`{Self}` is not a motion with this number of parameters",
+    note = "implement `Motion<P>` with P the number of given parameters"
 )]
 pub trait Motion<const P: usize>: Send + Sync + 'static {
     /// The value at time t (s) for the parameters b.
@@ -48,7 +48,7 @@ impl Motion<4> for Harmonic {
     }
 }
 
-/// The ready motions, by the names that files have for them, with the numbers of their parameters.
+/// The ready-made functions of time, with their names in files and the numbers of their parameters.
 pub(crate) const MOTIONS: [(&str, usize); 3] = [("constant", 1), ("constant speed", 2), ("harmonic", 4)];
 
 fn name_of<F: Any>(motion: &F) -> Option<&'static str> {
@@ -57,7 +57,7 @@ fn name_of<F: Any>(motion: &F) -> Option<&'static str> {
     is.into_iter().zip(MOTIONS).find(|(is, _)| *is).map(|(_, (name, _))| name)
 }
 
-/// Adds what follows the motion of a part that was read.
+/// Evaluates `$add` with the function of time of a part that was read from a file, and with its parameters.
 macro_rules! with_motion {
     ($part:expr, $motion:ident, $parameters:ident, $add:expr) => {{
         use super::motion::{Constant, ConstantSpeed, Harmonic};
@@ -82,7 +82,7 @@ macro_rules! with_motion {
 pub(super) use with_motion;
 
 impl Scene {
-    /// Adds what follows a motion; a ready part, if the motion is one.
+    /// Adds an element that depends on a function of time, recorded as a ready-made part if the function is ready-made.
     #[expect(clippy::too_many_arguments, reason = "the places, the numbers and the motion of a part")]
     pub(super) fn driven<F: Motion<P>, const P: usize>(
         &mut self,

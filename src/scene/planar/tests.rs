@@ -1,4 +1,4 @@
-//! The programs of all planar elements against num-dual.
+//! Comparison of the programs of all planar elements with num-dual.
 
 use super::*;
 use crate::system::verify_tests::hold_element;
