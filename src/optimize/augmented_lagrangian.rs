@@ -1,8 +1,8 @@
 //! The augmented Lagrangian of Powell, Hestenes and Rockafellar, minimised by L-BFGS (Nocedal and Wright, Algorithm 17.4; Birgin and Martínez 2014).
 //!
-//! With multipliers w and penalties ρ_j: f + Σ ½ρ_j (t_j − P(t_j))², t_j = c_j + w_j/ρ_j, P the nearest value that is allowed. It serves equalities and
-//! inequalities alike, and its gradient is that of f + Σ ρ_j (t_j − P(t_j)) c_j: one backward sweep. ρ_j = ρ/|∇c_j|² where constraints are violated first,
-//! so that their units are no matter.
+//! With multipliers w and penalties ρ_j it is f + Σ ½ρ_j (t_j − P(t_j))², t_j = c_j + w_j/ρ_j, where P(t) is the allowed value nearest to t. It
+//! covers equalities and inequalities, and its gradient, that of f + Σ ρ_j (t_j − P(t_j)) c_j, costs one backward sweep. ρ_j = ρ/|∇c_j|² at the first
+//! point that violates constraints, so that their units do not matter.
 
 use nalgebra::DVector;
 
@@ -15,28 +15,28 @@ use super::{Options, Outcome, Problem, Reason, Watcher, silent};
 use crate::Error;
 use crate::number::dot;
 
-/// The penalty grows by this factor where the violation did not shrink to this share.
+/// Factor by which the penalty grows if the violation did not shrink to the fraction `SHRINKS` of the previous one.
 const GROWTH: f64 = 10.0;
 const SHRINKS: f64 = 0.25;
-/// The least and the greatest first penalty, and one that drowns f in rounding, in a unit of their own ([`Augmented::unit`]).
+/// Bounds of the first penalty, and the penalty at which f is lost in rounding, in units of [`Augmented::unit`].
 const FIRST_PENALTY: [f64; 2] = [1e-6, 10.0];
 const LARGEST_PENALTY: f64 = 1e12;
 const MOST_ROUNDS: usize = 60;
-/// A violation above this share of the one before comes no closer. After so many greater penalties that brought it no closer, violations alone are minimised.
+/// A violation above this fraction of the previous one is not reduced. After `STALLED` such larger penalties, violations alone are minimised.
 const CLOSER: f64 = 0.9;
 const STALLED: usize = 3;
-/// Singular values of the Jacobian below this share of the largest are zero.
+/// Singular values of the Jacobian below this fraction of the largest are zero.
 const SINGULAR: f64 = 1e-13;
-/// Violations whose squares some iterations lower by no more than this share are least: at the edge of an interval steps are short.
+/// Violations are minimal if some iterations reduce their squares by no more than this fraction: at the edge of an interval steps are short.
 const CREEP: f64 = 1e-9;
 
 struct Augmented {
     w: Vec<f64>,
-    /// ρ; none until constraints are violated somewhere: where they hold, without multipliers, it is no matter.
+    /// ρ; `None` until constraints are violated: while they hold without multipliers, ρ has no effect.
     penalty: Option<f64>,
     /// ρ_j/ρ.
     shares: Vec<f64>,
-    /// |∇f|, the largest so far, and |∇ ½ Σ ρ_j/ρ v_j²| of the first violations v.
+    /// The largest |∇f| so far, and |∇ ½ Σ ρ_j/ρ v_j²| of the first violations v.
     steepness: [f64; 2],
     /// f at the point of the last value.
     cost: f64,
@@ -48,7 +48,7 @@ impl Augmented {
         self.penalty.map(|penalty| penalty * self.shares[j])
     }
 
-    /// ρ_j (t_j − P(t_j)): the multiplier that belongs to a value of a constraint.
+    /// ρ_j (t_j − P(t_j)): the multiplier for a value of a constraint.
     fn multiplier(&self, j: usize, c: f64, of: &Interval) -> f64 {
         self.penalty(j).map_or(0.0, |penalty| {
             let t = c + self.w[j] / penalty;
@@ -60,34 +60,34 @@ impl Augmented {
         problem.c.iter().zip(&problem.intervals).enumerate().map(|(j, (c, of))| self.multiplier(j, *c, of)).collect()
     }
 
-    /// The largest change of a multiplier, in the unit of its constraint: an equality's violation; of an inequality also how far from its bound it is while
-    /// it has a multiplier, which would be as large as that is.
+    /// The largest change of a multiplier divided by its penalty: the violation of an equality; for an inequality with a multiplier also its distance
+    /// from the bound, at most w_j/ρ_j.
     fn change(&self, next: &[f64]) -> f64 {
         let changes = self.w.iter().zip(next).enumerate();
         changes.filter_map(|(j, (w, next))| Some((next - w).abs() / self.penalty(j)?)).fold(0.0, f64::max)
     }
 
-    /// The augmented Lagrangian at the point that was evaluated last.
+    /// The augmented Lagrangian at the last evaluated point.
     fn of(&self, problem: &Counted) -> f64 {
         let multipliers = self.multipliers(problem);
         let of_penalty = multipliers.iter().enumerate().filter_map(|(j, w)| Some(0.5 * w * w / self.penalty(j)?));
         self.cost + of_penalty.sum::<f64>()
     }
 
-    /// Takes note of f at the point that was evaluated last.
+    /// Updates |∇f| from the last evaluated point.
     fn note(&mut self, problem: &mut Counted) -> Result<(), Error> {
         let none = vec![0.0; problem.c.len()];
         self.steepness[0] = self.steepness[0].max(length_of_gradient(problem, 1.0, &none)?);
         Ok(())
     }
 
-    /// The penalty that makes f and the violations alike in steepness, whatever their units are; 1 if there is none.
+    /// The penalty for which the gradients of f and of the penalty term are equally large, whatever their units are; 1 if there is none.
     fn unit(&self) -> f64 {
         let unit = self.steepness[0] / self.steepness[1];
         if unit.is_normal() { unit } else { 1.0 }
     }
 
-    /// Takes the first penalty where constraints are violated first: f and what they add to it begin alike.
+    /// Sets the first penalty at the first point that violates constraints, so that f and the penalty term are equal there.
     fn weigh(&mut self, problem: &mut Counted) -> Result<(), Error> {
         if self.penalty.is_some() {
             return Ok(());
@@ -124,7 +124,7 @@ impl Merit for Augmented {
     }
 }
 
-/// |∇c_j|⁻² at the point that was evaluated last; of a constraint that changes with nothing there, the least of them; 1 where any value is allowed.
+/// |∇c_j|⁻² at the last evaluated point; the smallest of them for a constraint with zero gradient; 1 for a free constraint.
 fn shares(problem: &mut Counted) -> Result<Vec<f64>, Error> {
     let asked = Vec::from_iter(problem.asked());
     let jacobian = problem.jacobian(&asked)?;
@@ -175,7 +175,7 @@ pub fn augmented_lagrangian(
     })
 }
 
-/// Descents, each with multipliers that the one before left, and greater penalties where constraints come no closer. The problem is left at the end.
+/// Minimisations, each with the multipliers of the previous one, and with larger penalties if violations do not decrease.
 fn rounds(
     problem: &mut Counted,
     merit: &mut Augmented,
@@ -190,9 +190,9 @@ fn rounds(
     for _ in 0..MOST_ROUNDS {
         let goal = tolerance.max(asked);
         let reason = descent.run(problem, merit, goal, watch);
-        // The constraints of the point itself, not of the last trial.
+        // The constraints at the point itself, not at the last trial.
         if !merit.value(problem, &descent.at.x).is_finite() {
-            // A problem that failed where it did not before: nothing is known of the constraints.
+            // The evaluation fails although it succeeded before, so the constraints are not known.
             return Ok(if reason.is_converged() { Reason::NoDerivative } else { reason });
         }
         let (next, violation) = (merit.multipliers(problem), norm(&problem.excess()));
@@ -202,7 +202,7 @@ fn rounds(
         if matches!(reason, Reason::Interrupted | Reason::Target | Reason::Iterations) {
             return Ok(reason);
         }
-        // Above the goal nothing lower was found, nor would be in another round.
+        // If the stationarity is above the goal, no lower value was found, and another round would find none.
         if now <= options.violation && (stationarity <= asked || stationarity > goal) {
             return Ok(reason);
         }
@@ -238,8 +238,8 @@ fn rounds(
     Ok(Reason::NoLowerValue)
 }
 
-/// Goes from a point to where the sum of squares of violations is least to rounding, whatever f becomes: why that is the end, none if constraints hold
-/// there. Then the multipliers are those that come closest to −∇f.
+/// Minimises the sum of squared violations from a point to rounding error, regardless of f. Returns the reason to stop there; `None` if the
+/// constraints hold, in which case the multipliers are those that approximate −∇f best.
 fn approach(
     problem: &mut Counted,
     merit: &mut Augmented,
@@ -269,7 +269,7 @@ fn approach(
     descent.go(problem, merit, (at.x, value))?;
     Ok(match reason {
         _ if holds => None,
-        // In units that differ by many powers of ten, the slopes of small violations are rounding beside those of others: then no step finds a lower sum.
+        // If units differ by many powers of ten, rounding errors of large violations hide the slopes of small ones; then no step finds a lower sum.
         Reason::Stationary if !is_rounding => Some(Reason::Infeasible),
         Reason::NoLowerValue if !is_rounding && (!meets_wall || problem.is_least_violated(&descent.at.x, 0.0)?) => {
             Some(Reason::Infeasible)

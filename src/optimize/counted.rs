@@ -1,4 +1,4 @@
-//! [`Counted`]: a problem with what a method asked of it, and what was found.
+//! [`Counted`]: a problem with counts of its evaluations, and the result of a method.
 
 mod violated;
 
@@ -9,7 +9,7 @@ use super::outcome::{Iterate, Options, Outcome, Reason};
 use super::problem::Interval;
 use crate::{Error, Warning};
 
-/// A problem with what was asked of it.
+/// A problem with counts of its evaluations.
 pub(super) struct Counted<'p> {
     pub(super) problem: &'p mut dyn Problem,
     pub(super) c: Vec<f64>,
@@ -18,22 +18,22 @@ pub(super) struct Counted<'p> {
     pub(super) evaluations: usize,
     pub(super) gradients: usize,
     pub(super) products: usize,
-    /// Iterations towards constraints alone, of which the history has only the end.
+    /// Number of iterations of feasibility phases, of which the history contains only the end.
     pub(super) apart: usize,
-    /// The point that was evaluated last.
+    /// The last evaluated point.
     last: Vec<f64>,
     /// c at the last iterate.
     c_of_iterate: Vec<f64>,
-    /// What whoever watches a simulation stopped it by: then there is nothing more to be asked.
+    /// The error of a simulation that was stopped by its callback; the problem is then not evaluated any more.
     pub(super) stopped: Option<Error>,
-    /// What there was to say at the last iterate.
+    /// Warnings at the last iterate.
     warnings: Vec<Warning>,
     halved: usize,
     pub(super) failures: usize,
     pub(super) first_failure: Option<Error>,
 }
 
-/// The end of a method.
+/// The result of a method.
 pub(super) struct Found {
     pub(super) x: Vec<f64>,
     pub(super) value: f64,
@@ -42,10 +42,10 @@ pub(super) struct Found {
     pub(super) reason: Reason,
 }
 
-/// The outcome of a method from a start, which is moved into its bounds. Errors of the method are those of the start: a reason, not an error.
+/// The outcome of a method from a start, which is first moved into its bounds. An error at the start becomes a reason of the outcome.
 ///
 /// # Errors
-/// Those of [`Counted::new`]; a problem that does not implement what the method needs, or gives vectors of another length.
+/// As [`Counted::new`]; a problem that does not implement what the method needs, or returns vectors of wrong length.
 pub(super) fn solve(
     problem: &mut dyn Problem,
     start: &[f64],
@@ -60,10 +60,10 @@ pub(super) fn solve(
 }
 
 impl<'p> Counted<'p> {
-    /// With the start, moved into its bounds.
+    /// A problem with counts of zero, and the start moved into its bounds.
     ///
     /// # Errors
-    /// Sizes or options that do not fit, a start that is not finite, bounds that no value is between.
+    /// Invalid sizes or options, a start that is not finite, or bounds that exclude every value.
     pub(super) fn new(problem: &'p mut dyn Problem, start: &[f64], options: &Options) -> Result<(Self, Vec<f64>), Error> {
         options.fit(problem, start)?;
         let (intervals, bounds) = (problem.constraints(), problem.bounds());
@@ -90,7 +90,7 @@ impl<'p> Counted<'p> {
         Ok((counted, x))
     }
 
-    /// f(x), infinite where it has no value; the problem is not asked beyond the range of numbers.
+    /// f(x), infinite if it has no value. At an x that is not finite the problem is not evaluated.
     pub(super) fn evaluate(&mut self, x: &[f64]) -> f64 {
         if let Err(error) = self.check_range(x, "") {
             self.fail(error);
@@ -124,7 +124,7 @@ impl<'p> Counted<'p> {
         self.first_failure.get_or_insert(error);
     }
 
-    /// What was computed, with note of what could not be.
+    /// Returns a result, and records its error.
     fn noting<T>(&mut self, found: Result<T, Error>) -> Result<T, Error> {
         if let Err(error) = &found {
             self.fail(error.clone());
@@ -136,7 +136,7 @@ impl<'p> Counted<'p> {
         self.stopped.is_some()
     }
 
-    /// Evaluates this point again, unless it was the last one: whether it has a value.
+    /// Evaluates this point, unless it was evaluated last; true if it has a value.
     pub(super) fn ensure(&mut self, x: &[f64]) -> bool {
         self.last == x || self.evaluate(x).is_finite()
     }
@@ -144,7 +144,7 @@ impl<'p> Counted<'p> {
     /// f at the start.
     ///
     /// # Errors
-    /// Why it has none.
+    /// The error of the evaluation.
     pub(super) fn evaluate_start(&mut self, x: &[f64]) -> Result<f64, Error> {
         let earlier = self.first_failure.take();
         let f = self.evaluate(x);
@@ -153,11 +153,12 @@ impl<'p> Counted<'p> {
 
     pub(super) fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
         self.gradients += 1;
-        let found = self.problem.gradient(f, c, gradient).and_then(|()| self.check_range(gradient, "the derivative by "));
+        let found =
+            self.problem.gradient(f, c, gradient).and_then(|()| self.check_range(gradient, "the gradient component for "));
         self.noting(found)
     }
 
-    /// Refuses numbers that are not finite, one for each variable, by name.
+    /// Error for the first number that is not finite, with the name of its variable.
     fn check_range(&self, numbers: &[f64], what: &str) -> Result<(), Error> {
         match numbers.iter().position(|x| !x.is_finite()) {
             Some(i) => {
@@ -168,17 +169,17 @@ impl<'p> Counted<'p> {
         }
     }
 
-    /// The Hessian of what the last gradient was of, times a direction.
+    /// The Hessian of the function whose gradient was computed last, times a direction.
     pub(super) fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         self.products += 1;
-        let found = self.check_range(direction, "the direction of a product in ").and_then(|()| {
+        let found = self.check_range(direction, "the component of the direction for ").and_then(|()| {
             self.problem.product(direction, product)?;
-            self.check_range(product, "the second derivative by ")
+            self.check_range(product, "the component of the Hessian product for ")
         });
         self.noting(found)
     }
 
-    /// These rows of ∂c/∂x at the point that was evaluated last: by columns where these take less work and the problem knows them, else row by row.
+    /// The given rows of ∂c/∂x at the last evaluated point: by columns if this is less work and the problem supports it, otherwise row by row.
     pub(super) fn jacobian(&mut self, rows: &[usize]) -> Result<DMatrix<f64>, Error> {
         let found = self.find_jacobian(rows);
         self.noting(found)
@@ -205,12 +206,12 @@ impl<'p> Counted<'p> {
     fn check_jacobian(&self, jacobian: &DMatrix<f64>) -> Result<(), Error> {
         let bad = jacobian.iter().position(|x| !x.is_finite());
         bad.map_or(Ok(()), |at| {
-            let what = format!("the derivative by `{}`", self.problem.variable_name(at / jacobian.nrows()));
+            let what = format!("the derivative with respect to `{}`", self.problem.variable_name(at / jacobian.nrows()));
             Err(Error::NotFinite { what, value: jacobian[at] })
         })
     }
 
-    /// False if the problem does not know them.
+    /// Returns false if the problem does not support derivatives along a direction.
     fn fill_columns(&mut self, jacobian: &mut DMatrix<f64>) -> Result<bool, Error> {
         let mut direction = vec![0.0; jacobian.ncols()];
         for (i, mut column) in jacobian.column_iter_mut().enumerate() {
@@ -225,12 +226,12 @@ impl<'p> Counted<'p> {
         Ok(true)
     }
 
-    /// The constraints that are not looked at alone.
+    /// The constraints that are not free.
     pub(super) fn asked(&self) -> impl Iterator<Item = usize> {
         (0..self.c.len()).filter(|&j| self.intervals[j] != Interval::FREE)
     }
 
-    /// What all constraints are violated by, with signs, at the point that was evaluated last.
+    /// The signed violations of all constraints at the last evaluated point.
     pub(super) fn excess(&self) -> Vec<f64> {
         self.c.iter().zip(&self.intervals).map(|(c, of)| of.excess(*c)).collect()
     }
@@ -239,17 +240,17 @@ impl<'p> Counted<'p> {
         self.c.iter().zip(&self.intervals).fold(0.0, |most: f64, (c, of)| most.max(of.violation(*c)))
     }
 
-    /// The point that was evaluated last as an iterate.
+    /// The last evaluated point as an iterate.
     pub(super) fn iterate(&mut self, value: f64, stationarity: f64, step: f64) -> Iterate {
         self.c_of_iterate.copy_from_slice(&self.c);
         self.warnings = self.problem.warnings();
         Iterate { value, violation: self.violation(), stationarity, step, evaluations: self.evaluations }
     }
 
-    /// Why a method ended, which behind its start is no error: then nothing is lost of what was found.
+    /// Reason why a method ended. An error after the start becomes a reason, so that the results so far are kept.
     ///
     /// # Errors
-    /// That of a start.
+    /// The error of a start.
     pub(super) fn reason(&mut self, found: Result<Reason, Error>, iterates: usize) -> Result<Reason, Error> {
         match found {
             _ if self.is_stopped() => Ok(Reason::Interrupted),
@@ -266,13 +267,13 @@ impl<'p> Counted<'p> {
         x.iter_mut().zip(&self.bounds).for_each(|(x, of)| *x = of.nearest(*x));
     }
 
-    /// The largest component of the gradient, of variables that no bound holds.
+    /// The largest component of the gradient over the variables that are not held at a bound.
     pub(super) fn stationarity(&self, x: &[f64], g: &[f64]) -> f64 {
         let free = x.iter().zip(g).zip(&self.bounds).filter(|((x, g), of)| of.holds(**x, **g).is_none());
         free.fold(0.0, |most: f64, ((_, g), _)| most.max(g.abs()))
     }
 
-    /// The outcome at the last iterate, or at a start without a value or without derivatives.
+    /// The outcome at the last iterate, or at a start without a value or derivatives.
     fn outcome(mut self, found: Result<Found, Error>) -> Outcome {
         self.c.copy_from_slice(&self.c_of_iterate);
         let mut violation = self.violation();

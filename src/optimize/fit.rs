@@ -1,4 +1,4 @@
-//! [`Fit`]: what least squares found.
+//! [`Fit`]: the result of a least-squares fit.
 
 use std::fmt;
 
@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use super::Outcome;
 use super::norm::norm;
 
-/// Singular values below this share of the largest are none; what of a variable is beyond the others, squared, more than rounding.
+/// Singular values below this fraction of the largest are zero. A variable is undetermined if its squared component along them exceeds `UNSEEN`.
 const SINGULAR: f64 = 1e-13;
 const UNSEEN: f64 = 1e-6;
 
@@ -52,7 +52,7 @@ impl Fit {
     /// # Panics
     /// If an index is too large.
     pub fn root_mean_square_of(&self, constraints: &[usize]) -> f64 {
-        // Of least squares the multipliers are the residuals.
+        // For least squares the multipliers are the residuals.
         let residuals = Vec::from_iter(constraints.iter().map(|&j| self.outcome.multipliers[j]));
         norm(&residuals) / (residuals.len() as f64).sqrt()
     }
@@ -66,7 +66,7 @@ impl Fit {
         self.root().map(|root| root.tr_mul(&root))
     }
 
-    /// Whose square is the covariance, and lengths of whose columns are the standard errors.
+    /// A matrix R with the covariance RᵀR; the lengths of its columns are the standard errors.
     fn root(&self) -> Option<DMatrix<f64>> {
         let freedom = Some(self.degrees_of_freedom()).filter(|freedom| *freedom > 0)?;
         if self.jacobian.ncols() == 0 {
@@ -81,7 +81,7 @@ impl Fit {
     }
 
     /// The variables that the residuals do not determine: those without effect, and those whose effects are linearly dependent.
-    /// [`Problem::variable_name`](super::Problem::variable_name) has their names. If one of them is fixed, or if residuals are added, the
+    /// [`Problem::variable_name`](super::Problem::variable_name) returns their names. If one of them is fixed, or if residuals are added, the
     /// others may have standard errors.
     pub fn undetermined(&self) -> Vec<usize> {
         let (m, n) = self.jacobian.shape();
@@ -94,7 +94,7 @@ impl Fit {
         (0..n).filter(|&i| 1.0 - seen(i) > UNSEEN).collect()
     }
 
-    /// Singular values and vᵀ of the Jacobian with columns of length 1, and their lengths: AᵀA would square the condition, and units are no condition.
+    /// Singular values and Vᵀ of the Jacobian with columns of length 1, and their original lengths. AᵀA would square the condition number.
     fn directions(&self) -> (DVector<f64>, DMatrix<f64>, Vec<f64>) {
         let lengths: Vec<f64> = self.jacobian.column_iter().map(|column| norm(column.as_slice())).collect();
         let mut jacobian = self.jacobian.clone();

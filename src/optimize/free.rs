@@ -9,22 +9,22 @@ use crate::{Control, Coordinate, Design, Error, System};
 pub enum Quantity {
     /// A control at all nodes.
     Control(Control),
-    /// A control at a number of knots, equidistant in time, linear between them.
+    /// A control given at a number of knots that are equidistant in time, and linear between them.
     LinearControl(Control, usize),
-    /// A control in a number of pieces of equal length, with the same value at all nodes of a piece; a node between two pieces belongs to
+    /// A control in a number of pieces of equal duration, with the same value at all nodes of a piece; a node between two pieces belongs to
     /// the later one. Between nodes, and hence between pieces, controls are linear.
     PiecewiseControl(Control, usize),
-    /// A control as a clamped cubic B-spline with a number of coefficients, with knots equidistant in time.
+    /// A control as a clamped cubic B-spline with a number of coefficients and with knots equidistant in time.
     SplineControl(Control, usize),
     /// A design variable.
     Design(Design),
-    /// An initial coordinate; for an assembled start a guess or a held value.
+    /// An initial coordinate; for an assembled start, the guess or the held value.
     Coordinate(Coordinate),
     /// An initial velocity, or an initial momentum if momenta are given.
     Rate(Coordinate),
     /// The duration of the motion, s; all steps scale by the same factor.
     Duration,
-    /// The length of the step that ends at a node, counted from 1, s.
+    /// The length (s) of the step that ends at the given node; the first step ends at node 1.
     StepLength(usize),
 }
 
@@ -103,7 +103,7 @@ impl Free {
 }
 
 impl Quantity {
-    /// What may be free only once: its kind, its number among those, and its handle, if it has one.
+    /// Identifies an input, which may be free only once: its kind, its number within the kind, and its handle, if it has one.
     pub(super) fn subject(&self) -> (u8, usize, Option<Handle>) {
         let handled = |kind, handle: Handle| (kind, handle.index, Some(handle));
         match self {
@@ -119,10 +119,10 @@ impl Quantity {
         }
     }
 
-    /// The name of what it is of a motion with so many steps.
+    /// The name of the quantity in a motion with the given number of steps.
     ///
     /// # Errors
-    /// What there is not, or is of another scene.
+    /// A quantity that does not exist or belongs to another scene.
     pub(super) fn name(&self, system: &System, steps: usize) -> Result<String, Error> {
         let counts = [system.k(), system.designs(), system.n(), system.n(), 1, steps];
         let (kind, index, handle) = self.subject();

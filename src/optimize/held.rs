@@ -1,10 +1,10 @@
-//! What is free where a start is given, and what constraints hold of it: a length of a joint, too.
+//! Check that constraints do not determine the free quantities of a given start, which include design variables such as a length in a joint.
 //!
 //! ```text
 //!   A = ∂(Φ, dΦ/dt)/∂x    of the free coordinates, velocities and design variables x at the start
 //! ```
 //!
-//! x_i is held if every z with A z = 0 has z_i = 0: then any other value of it violates a constraint, whatever the others do.
+//! x_i is held if every z with A z = 0 has z_i = 0: every other value of x_i then violates a constraint, whatever the others are.
 
 use nalgebra::DMatrix;
 use num_dual::Dual64;
@@ -14,12 +14,12 @@ use crate::forward::rank::{RANK, null_space};
 use crate::system::{NodeValues, NodeView, Sums};
 use crate::{Error, Inputs, Settings, Start, System};
 
-/// The part of a variable's unit, or of the room between its bounds, that tolerances do not let pass where it is held.
+/// Change of a variable, relative to its unit or to the distance between its bounds; a held variable must then violate a tolerance.
 const SMALL: f64 = 1e-2;
-/// What is left of a part in motions that constraints allow is rounding below this.
+/// Components of a variable in the motions allowed by the constraints are rounding error below this.
 const ROUNDING: f64 = 1e-6;
 
-/// Refuses what is free and what constraints hold because of a start that is not assembled.
+/// Rejects free quantities that constraints determine in a start that is not assembled.
 ///
 /// # Errors
 /// Such a coordinate, velocity or design variable, with the constraint that it would violate most.
@@ -27,7 +27,7 @@ pub(super) fn check(system: &System, settings: &Settings, inputs: &Inputs, free:
     let is_given = matches!(inputs.start, Start::Velocity { .. });
     let of_start = |free: &&Free| match free.quantity {
         Quantity::Coordinate(_) | Quantity::Design(_) => true,
-        // Momenta are no velocities: v₀ follows from them and the constraints.
+        // Momenta are not velocities: v₀ follows from them and the constraints.
         Quantity::Rate(_) => is_given,
         _ => false,
     };
@@ -37,7 +37,7 @@ pub(super) fn check(system: &System, settings: &Settings, inputs: &Inputs, free:
     }
     let moves: Vec<&Free> = free.iter().filter(of_start).collect();
     let violations = violations(system, settings, inputs, &moves);
-    // Whoever simulates will be told of what is not finite.
+    // The simulation reports values that are not finite.
     if violations.iter().any(|x| !x.is_finite()) {
         return Ok(());
     }
@@ -56,7 +56,7 @@ pub(super) fn check(system: &System, settings: &Settings, inputs: &Inputs, free:
     Ok(())
 }
 
-/// Changes of Φ and dΦ/dt, in units of their tolerances, by a small change of each variable; none of dΦ/dt where momenta are given.
+/// Changes of Φ and dΦ/dt, in units of their tolerances, due to a small change of each variable; zero for dΦ/dt if momenta are given.
 fn violations(system: &System, settings: &Settings, inputs: &Inputs, moves: &[&Free]) -> DMatrix<f64> {
     let m = system.m();
     let (q, zeros) = (inputs.start.q().as_slice(), vec![0.0; system.n().max(m)]);
@@ -82,7 +82,7 @@ fn violations(system: &System, settings: &Settings, inputs: &Inputs, moves: &[&F
     violations
 }
 
-/// Gives the arguments a small change along a variable.
+/// Sets the dual parts of the arguments to a small change along a variable.
 fn move_along(system: &System, inputs: &Inputs, free: &Free, there: &mut NodeValues<Dual64>) {
     let small = |value: f64| {
         let unit = free.slope(free.to_variable(value)).abs();

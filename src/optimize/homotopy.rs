@@ -1,18 +1,18 @@
-//! A problem by way of easier ones: a parameter s goes from 0 to 1, each solution is the next start.
+//! Homotopy: a sequence of problems with a parameter s from 0 to 1, each started from the solution of the previous one.
 
 use super::outcome::largest_change;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher, interior_point};
 use crate::Error;
 
-/// The first change of s, how it grows and shrinks, and when there is no way.
+/// The first change of s, the factors by which it grows and shrinks, and the smallest change, below which the homotopy fails.
 const FIRST: f64 = 0.2;
 const LONGER: f64 = 1.5;
 const SHORTER: f64 = 0.4;
 const LEAST: f64 = 1e-4;
-/// A problem on the way that takes more iterations than this is too far away; after fewer than these s may change more.
+/// An intermediate problem with more iterations than this is too far away; after at most `FEW` iterations the change of s may grow.
 const MOST: usize = 60;
 const FEW: usize = 12;
-/// How exact solutions on the way are at most; constraints, behind the first problem, in parts of how far they are from what they must be at the start.
+/// Smallest tolerances of intermediate problems; that of violations applies after the first problem, relative to the violation at the start.
 const STATIONARITY: f64 = 1e-3;
 const VIOLATION: f64 = 1e-5;
 
@@ -20,8 +20,8 @@ const VIOLATION: f64 = 1e-5;
 /// previous solution. If a problem is not solved, s increases by less. The iteration limit applies to each problem.
 ///
 /// `set` changes the quantity that makes the problem hard, such as the final time, a weight or a force. Counts and history cover all
-/// problems; the rest of the outcome is that of the last problem, with s < 1 if s = 1 was not reached. The last call of `set` has the s
-/// that was reached.
+/// problems; the rest of the outcome is that of the last solved problem, with s < 1 if s = 1 was not reached. `set` is last called with the
+/// s that was reached.
 ///
 /// # Errors
 /// As [`interior_point`](interior_point()), or an error of the first `set`. Errors of later calls of `set`, and errors at starting points
@@ -40,7 +40,7 @@ pub fn homotopy<P: Problem>(
     let on_the_way = Options { violation: options.violation.max(VIOLATION * best.history[0].violation), ..first };
     let (mut s, mut change, mut counts) = (0.0, FIRST, Counts::default());
     counts.add(&best);
-    // The solution before, and how far back it lies.
+    // The previous solution, and the change of s since then.
     let mut before: Option<(Vec<f64>, f64)> = None;
     while best.reason.is_converged() && s < 1.0 && change > LEAST {
         let next = if s + change > 1.0 - 0.3 * change { 1.0 } else { s + change };
@@ -79,7 +79,7 @@ pub fn homotopy<P: Problem>(
         before = Some((std::mem::replace(&mut best, found).x, next - s));
         s = next;
     }
-    // What the problem keeps is the motion of the answer, unless that is interrupted.
+    // The problem is left with the motion of the solution, unless its computation is interrupted.
     match set(problem, s) {
         Ok(()) => {
             let mut c = vec![0.0; best.constraints.len()];
@@ -90,14 +90,14 @@ pub fn homotopy<P: Problem>(
     Ok(counts.into(best, s))
 }
 
-/// Straight on from the last two solutions, but no farther than the last step went.
+/// Extrapolates linearly from the last two solutions, by at most the last change.
 fn extrapolate(x: &[f64], before: Option<&(Vec<f64>, f64)>, change: f64) -> Vec<f64> {
     let Some((old, length)) = before.filter(|(old, _)| largest_change(x, old) > 0.0) else { return x.to_vec() };
     let share = (change / length).min(1.0);
     x.iter().zip(old).map(|(x, old)| x + share * (x - old)).collect()
 }
 
-/// What all problems together took.
+/// Sums of the counts of all problems.
 #[derive(Default)]
 struct Counts {
     iterations: usize,

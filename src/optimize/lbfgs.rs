@@ -1,4 +1,4 @@
-//! L-BFGS with bounds: quasi-Newton steps of the variables that no bound holds, projected (Bertsekas 1982; Nocedal and Wright, Algorithm 7.4).
+//! L-BFGS with bounds: projected quasi-Newton steps of the variables that no bound holds (Bertsekas 1982; Nocedal and Wright, Algorithm 7.4).
 
 mod ends;
 
@@ -11,15 +11,15 @@ use crate::Error;
 use crate::number::{dot, largest};
 use std::collections::VecDeque;
 
-/// Differences of a value below this share of it are rounding.
+/// Differences of a value below this fraction of it are rounding error.
 const ROUNDING: f64 = 1e-14;
 
-/// What a line search goes down on: f, or a function of f and c.
+/// The function that a line search minimises: f, or a function of f and c.
 pub(super) trait Merit {
-    /// At a point; infinite where there is none.
+    /// The value at a point; infinite if there is none.
     fn value(&mut self, problem: &mut Counted, x: &[f64]) -> f64;
 
-    /// At the point of the last value.
+    /// The gradient at the point of the last value.
     fn gradient(&mut self, problem: &mut Counted, gradient: &mut [f64]) -> Result<(), Error>;
 
     /// f at the point of the last value.
@@ -60,7 +60,7 @@ pub fn lbfgs(problem: &mut dyn Problem, start: &[f64], options: &Options, watch:
         let reason = descent.run(problem, &mut merit, tolerance, watch);
         let reason = descent.or_unbounded(problem, &mut merit, (reason, tolerance));
         let (Point { x, value, .. }, history) = (descent.at, descent.history);
-        // What the problem keeps is the motion of the best point.
+        // The problem is left with the motion of the best point.
         problem.evaluate(&x);
         Ok(Found { x, value, multipliers: Vec::new(), history, reason })
     })
@@ -78,25 +78,25 @@ fn refuse_constraints(problem: &dyn Problem) -> Result<(), Error> {
     let names: Vec<String> = bounded.iter().take(NAMED).map(|&j| problem.constraint_name(j)).collect();
     let more = if bounded.len() > NAMED { ", …" } else { "" };
     let what = format!("the number of constraints that are not `Interval::FREE` ({}{more})", names.join(", "));
-    let must_be = "0 for L-BFGS; `augmented_lagrangian` takes constraints, `levenberg_marquardt` residuals";
+    let must_be = "0 for L-BFGS; use `augmented_lagrangian` for constraints or `levenberg_marquardt` for residuals";
     Err(Error::Parameter { what, value: bounded.len() as f64, must_be })
 }
 
-/// A descent on a merit function, and what it remembers.
+/// A minimisation of a merit function, with its stored pairs and its history.
 pub(super) struct Descent<'o> {
     pub(super) at: Point,
     options: &'o Options,
-    /// Where it began.
+    /// The first point.
     start: Vec<f64>,
-    /// What gradients are of the size of, in units of which squares of them are within the range of numbers.
+    /// The magnitude of gradients, relative to which their squares do not overflow or underflow.
     unit: f64,
-    /// Steps s, changes y of the gradient in units of its size, 1/(sᵀy).
+    /// Steps s, changes y of the gradient in this unit, and 1/(sᵀy).
     pairs: VecDeque<(Vec<f64>, Vec<f64>, f64)>,
     pub(super) history: Vec<Iterate>,
 }
 
 impl<'o> Descent<'o> {
-    /// At the point that was evaluated last, with its value.
+    /// Starts at the last evaluated point, with its value.
     ///
     /// # Errors
     /// A start without a gradient.
@@ -119,7 +119,7 @@ impl<'o> Descent<'o> {
         self.history.push(problem.iterate(value, stationarity, step));
     }
 
-    /// Forgets what belonged to another merit function, and takes the values of this one.
+    /// Continues with another merit function: discards the pairs if `forget` is set, and updates value and gradient.
     ///
     /// # Errors
     /// As [`begin`](Self::begin).
@@ -137,7 +137,7 @@ impl<'o> Descent<'o> {
         merit.gradient(problem, &mut self.at.gradient)
     }
 
-    /// Goes to another point, with the value that the merit function had there last.
+    /// Moves to another point, with the last value of the merit function there.
     ///
     /// # Errors
     /// As [`begin`](Self::begin).
@@ -190,17 +190,17 @@ impl<'o> Descent<'o> {
         }
     }
 
-    /// A lower point, if any is found.
+    /// A lower point, if one is found.
     fn next(&mut self, problem: &mut Counted, merit: &mut dyn Merit) -> Option<Point> {
         let given = self.options.first_step;
         let mut found = self.step(problem, merit, given);
         if found.is_none() && !self.pairs.is_empty() && !problem.is_stopped() {
-            // What was remembered may have misled it.
+            // The stored pairs may have been misleading.
             self.pairs.clear();
             found = self.step(problem, merit, given);
         }
         if found.is_none() && given.is_some() && !problem.is_stopped() {
-            // Or the step that was given: one that rounding swallows, or far too long, tells nothing of what is lower.
+            // The given step may be lost to rounding or far too long; then lower values may exist nevertheless.
             found = self.step(problem, merit, None);
         }
         found
@@ -211,13 +211,13 @@ impl<'o> Descent<'o> {
         search(problem, merit, &self.at, &direction, self.first(&direction, given))
     }
 
-    /// The first length that is tried along a direction.
+    /// The length of the first trial step along a direction.
     fn first(&self, direction: &[f64], given: Option<f64>) -> f64 {
         match (self.pairs.is_empty(), given) {
             (false, _) => 1.0,
             (true, Some(length)) => length / largest(direction).max(f64::MIN_POSITIVE),
-            // Where a parabola with its minimum at 0 would have it, or half as far; where the value is none, or rounding, as far as the variables are large,
-            // or by 1.
+            // Half the distance to the minimum of a parabola whose minimum value is 0; if the value is zero or rounding error, the size of the
+            // variables, or 1.
             (true, None) => {
                 let (square, size) = (dot(direction, direction), largest(&self.at.x));
                 let parabola = self.at.value.abs() / self.unit / square;
@@ -228,8 +228,8 @@ impl<'o> Descent<'o> {
         }
     }
 
-    /// −H g over the variables that are not held by a bound, by the two loops. What is held has no part in any product: its gradient changes as others
-    /// move, and would be taken for curvature along their steps.
+    /// −H g over the variables that are not held at a bound, by the two-loop recursion. Held variables enter no product: their gradient changes as
+    /// others move, which would be mistaken for curvature along the steps.
     fn direction(&self, problem: &Counted) -> Vec<f64> {
         let Point { x, gradient, .. } = &self.at;
         let parts = x.iter().zip(gradient).zip(&problem.bounds);
@@ -239,7 +239,7 @@ impl<'o> Descent<'o> {
         let free = |d: &mut Vec<f64>| d.iter_mut().zip(&held).filter(|(_, held)| **held).for_each(|(d, _)| *d = 0.0);
         let mut d: Vec<f64> = gradient.iter().map(|g| -g / self.unit).collect();
         free(&mut d);
-        // Each pair with 1/(sᵀy) of what is free, unless there is no curvature left of it, and with its factor.
+        // Each pair with 1/(sᵀy) over the free variables, unless no curvature is left there, and with its factor.
         let mut used = Vec::with_capacity(self.pairs.len());
         for (s, y, rho) in self.pairs.iter().rev() {
             let rho = match is_any_held {
@@ -263,7 +263,7 @@ impl<'o> Descent<'o> {
         d
     }
 
-    /// The pair of a step, if the curvature along it is positive.
+    /// Stores the pair of a step if the curvature along it is positive.
     fn remember(&mut self, next: &Point) {
         let s: Vec<f64> = next.x.iter().zip(&self.at.x).map(|(new, old)| new - old).collect();
         let y: Vec<f64> = next.gradient.iter().zip(&self.at.gradient).map(|(new, old)| (new - old) / self.unit).collect();
@@ -277,7 +277,7 @@ impl<'o> Descent<'o> {
     }
 }
 
-/// Whether sᵀy is positive beyond rounding, with sᵀs and yᵀy.
+/// True if sᵀy is positive beyond rounding, for given sᵀs and yᵀy.
 fn is_curved(curvature: f64, of_s: f64, of_y: f64) -> bool {
     curvature > 1e-12 * of_y.sqrt() * of_s.sqrt()
 }

@@ -1,7 +1,7 @@
-//! Levenberg–Marquardt for ½‖r(x)‖² with bounds; with fewer residuals than variables its steps are those of least norm (Nielsen 1999, damping).
+//! Levenberg–Marquardt for ½‖r(x)‖² with bounds (damping: Nielsen 1999); with fewer residuals than variables, the steps have least norm.
 //!
-//! (AᵀA + μ D²) d = −Aᵀr, D the lengths of columns of the Jacobian A (Marquardt 1963), so that units of variables do not matter; or, with fewer rows than
-//! columns, d = −Aᵀ (A Aᵀ + μ I)⁻¹ r.
+//! (AᵀA + μ D²) d = −Aᵀr, with the lengths D of the columns of the Jacobian A (Marquardt 1963), so that units of variables do not matter; or, with
+//! fewer rows than columns, d = −Aᵀ (A Aᵀ + μ I)⁻¹ r.
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
@@ -11,11 +11,11 @@ use super::outcome::largest_change;
 use super::{Fit, Interval, Iterate, Options, Problem, Reason, Watcher};
 use crate::Error;
 
-/// Differences of a residual below this share of the terms that it is made of are rounding.
+/// Differences of a residual below this fraction of its terms are rounding error.
 const ROUNDING: f64 = 1e-14;
-/// So many iterations that lower the value by rounding alone are the last.
+/// The method ends after this many iterations that lower the value by rounding error only.
 const FEW: usize = 10;
-/// A value that is more than so many times what rounding leaves of it is none.
+/// A value above this multiple of its rounding error is significant.
 const SEEN: f64 = 100.0;
 
 /// Minimises ½‖r‖² within bounds. The residuals r are the constraints of the problem minus the nearest allowed value; f is not used.
@@ -24,7 +24,7 @@ const SEEN: f64 = 100.0;
 /// variables do not matter.
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit, no residual.
+/// Invalid sizes, bounds or options, or a problem without residuals.
 pub fn levenberg_marquardt(
     problem: &mut dyn Problem,
     start: &[f64],
@@ -34,7 +34,7 @@ pub fn levenberg_marquardt(
     options.fit(problem, start)?;
     let rows = problem.constraints().iter().filter(|of| **of != Interval::FREE).count();
     if rows == 0 {
-        let must_be = "at least 1, a constraint each; f is not asked for: `lbfgs` and `interior_point` minimise it";
+        let must_be = "at least 1 (residuals are constraints; use `lbfgs` or `interior_point` to minimise f)";
         return Err(Error::Parameter { what: "the number of residuals".into(), value: 0.0, must_be });
     }
     let mut jacobian = DMatrix::zeros(rows, start.len());
@@ -48,17 +48,17 @@ pub fn levenberg_marquardt(
     Ok(Fit { outcome, jacobian })
 }
 
-/// Where a descent on ½‖r‖² ended, the way there, and why.
+/// The end of a minimisation of ½‖r‖², its history, and the reason.
 pub(super) struct Descended {
     pub(super) at: State,
     pub(super) history: Vec<Iterate>,
     pub(super) reason: Reason,
 }
 
-/// Goes down on ½‖r‖² from x, as long as some iterations lower it by more than the share `creep`. The problem is left at the end.
+/// Minimises ½‖r‖² from x while `FEW` iterations lower it by more than the fraction `creep`. The problem is left at the end.
 ///
 /// # Errors
-/// A start without a value or without a Jacobian, or with squares beyond the range of numbers, too large or too small.
+/// A start without a value or a Jacobian, or with squares that overflow or underflow.
 pub(super) fn descend(
     counted: &mut Counted,
     x: Vec<f64>,
@@ -85,7 +85,7 @@ pub(super) fn descend(
         if at.slope(counted, &lengths) <= options.stationarity * first {
             break Reason::Stationary;
         }
-        // Decreases that are rounding, or creep from one side of a bend to the other, could go on for ever.
+        // Decreases by rounding error, or creeping from one side of a bend to the other, could continue for ever.
         let few_ago = history.iter().rev().nth(FEW).map_or(f64::INFINITY, |before| before.value);
         if few_ago - last.value <= creep * last.value {
             let is_least = at.along_gradient(counted, &lengths) <= at.noise();
@@ -94,12 +94,12 @@ pub(super) fn descend(
         if history.len() > options.iterations {
             break Reason::Iterations;
         }
-        // Shorter and shorter steps until one leads down; what the first of them is to fall by.
+        // Tries shorter and shorter steps until one lowers the value; `foreseen` is the predicted decrease of the first.
         let (mut growth, mut foreseen) = (2.0, None);
-        // Where damping grew on the way, no step of it may be seen in the value: then it is tried anew.
+        // If the damping has grown, none of its steps may change the value noticeably; then the first damping is tried again.
         let mut is_last = damping <= first_damping;
         let next = loop {
-            // What rounding leaves no factors of wants more damping, too.
+            // If rounding prevents the factorisation, the damping is increased as well.
             if let Some(step) = at.step(counted, damping, &lengths) {
                 let mut x: Vec<f64> = at.x.iter().zip(&step).map(|(x, d)| x + d).collect();
                 counted.project(&mut x);
@@ -114,7 +114,7 @@ pub(super) fn descend(
                 }
                 let value = if counted.evaluate(&x).is_finite() { half_square(&residuals(counted)) } else { f64::INFINITY };
                 let gain = (last.value - value) / predicted;
-                // A point without a Jacobian is taken for none.
+                // A point without a Jacobian is rejected.
                 let next = if value < last.value && gain > 1e-4 { State::at(counted, x).ok() } else { None };
                 if next.is_some() {
                     damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
@@ -139,7 +139,7 @@ pub(super) fn descend(
         lengths.iter_mut().zip(at.lengths()).for_each(|(most, now)| *most = most.max(now));
         history.push(at.iterate(counted, length));
     };
-    // What the problem keeps is the motion of the best point.
+    // The problem is left with the motion of the best point.
     counted.evaluate(&at.x);
     Ok(Descended { at, history, reason })
 }
@@ -160,10 +160,10 @@ pub(super) struct State {
 }
 
 impl State {
-    /// At the point that was evaluated last.
+    /// The state at the last evaluated point.
     ///
     /// # Errors
-    /// Those of a Jacobian; sums of squares beyond the range of numbers.
+    /// A Jacobian that cannot be computed; sums of squares that overflow.
     fn at(problem: &mut Counted, x: Vec<f64>) -> Result<Self, Error> {
         let rows: Vec<usize> = problem.asked().collect();
         let (r, mut jacobian) = (residuals(problem), problem.jacobian(&rows)?);
@@ -171,7 +171,7 @@ impl State {
         for (k, &j) in rows.iter().enumerate().filter(|(k, _)| r[*k] == 0.0) {
             let (of, c) = (&problem.intervals[j], problem.c[j]);
             let room = if jacobian.row(k).tr_dot(&descent) > 0.0 { of.most - c } else { c - of.least };
-            // Within its interval a residual stays zero around here, unless it soon leaves that on the way down.
+            // Inside its interval a residual stays zero nearby, unless it soon leaves the interval along the descent direction.
             if of.least != of.most && room * room > ROUNDING * r.norm_squared() {
                 jacobian.row_mut(k).fill(0.0);
             }
@@ -181,7 +181,7 @@ impl State {
         Ok(state)
     }
 
-    /// Refuses sums of finite terms that are not finite themselves: nothing could be compared with them.
+    /// Error for sums of finite terms that are not finite: nothing can be compared with them.
     fn check_range(&self, problem: &Counted) -> Result<(), Error> {
         let value = half_square(&self.r);
         if !value.is_finite() {
@@ -189,14 +189,15 @@ impl State {
         }
         for (i, (column, g)) in self.jacobian.column_iter().zip(&self.gradient()).enumerate() {
             if let Some(value) = [column.norm(), *g].into_iter().find(|sum| !sum.is_finite()) {
-                let what = format!("a sum of derivatives of residuals by `{}`", problem.problem.variable_name(i));
+                let what =
+                    format!("a sum of derivatives of residuals with respect to `{}`", problem.problem.variable_name(i));
                 return Err(Error::Overflow { what, value });
             }
         }
         Ok(())
     }
 
-    /// Refuses sums of squares at the start that are none in the range of numbers, though their terms are: all would look like a minimum there.
+    /// Error for sums of squares at the start that underflow although their terms are not zero: every point would look like a minimum.
     fn check_smallness(&self) -> Result<(), Error> {
         let is_lost = |square: f64, terms: f64| square < f64::MIN_POSITIVE && terms > 0.0;
         let value = half_square(&self.r);
@@ -214,7 +215,7 @@ impl State {
         self.jacobian.tr_mul(&self.r)
     }
 
-    /// The gradient by variables in units of such lengths: small factors of a sum may be none in the range of numbers when they are multiplied.
+    /// The gradient with respect to variables in units of `lengths`; factors are scaled first if their products underflow.
     fn derivatives(&self, lengths: &[f64]) -> Vec<f64> {
         let of = |((g, column), length): ((&f64, DVectorView<f64>), &f64)| {
             let inverse = reciprocal(*length);
@@ -233,31 +234,31 @@ impl State {
         self.jacobian.column_iter().map(|column| norm(column.as_slice())).collect()
     }
 
-    /// The largest derivative by a variable that no bound holds, each in units of such a length: the same whatever the units of the variables are.
+    /// The largest derivative with respect to a variable that no bound holds, in units of `lengths`, so that units of variables do not matter.
     fn slope(&self, problem: &Counted, lengths: &[f64]) -> f64 {
         problem.stationarity(&self.x, &self.derivatives(lengths))
     }
 
-    /// Whether the value may be rounding.
+    /// True if the value may be rounding error.
     pub(super) fn is_rounding(&self) -> bool {
         half_square(&self.r) <= SEEN * self.noise()
     }
 
-    /// What rounding of residuals, and of the sums that they are made of, leaves of the value.
+    /// Rounding error of the value, due to the residuals and the terms of their sums.
     fn noise(&self) -> f64 {
         let sizes = DVector::from_iterator(self.x.len(), self.x.iter().map(|x| x.abs()));
         let of_residuals = (self.jacobian.abs() * sizes + self.r.abs()) * ROUNDING;
         self.r.abs().dot(&of_residuals) + half_square(&of_residuals)
     }
 
-    /// How much lower the linear model is at x.
+    /// Decrease of the linear model at x.
     fn decrease(&self, x: &[f64]) -> f64 {
         let step = DVector::from_iterator(x.len(), x.iter().zip(&self.x).map(|(new, old)| new - old));
         let change = &self.jacobian * step;
         -(change.dot(&self.r) + half_square(&change))
     }
 
-    /// How much lower the linear model is where it is least along the gradient of the variables that no bound holds, in units of such lengths.
+    /// Decrease of the linear model at its minimum along the gradient of the variables that no bound holds, in units of `lengths`.
     fn along_gradient(&self, problem: &Counted, lengths: &[f64]) -> f64 {
         let a = self.free(problem, scaled(&self.jacobian, lengths), lengths);
         let gradient = a.tr_mul(&self.r);
@@ -265,13 +266,13 @@ impl State {
         if square > 0.0 { 0.5 * square * square / (a * gradient).norm_squared() } else { 0.0 }
     }
 
-    /// The Jacobian by variables in units of such lengths; as it is with fewer residuals than variables, of whose steps the shortest is taken.
+    /// The Jacobian in units of `lengths`; unscaled if there are fewer residuals than variables, because the shortest step is then taken.
     fn in_units(&self, lengths: &[f64]) -> DMatrix<f64> {
         let is_short = self.jacobian.nrows() < self.jacobian.ncols();
         if is_short { self.jacobian.clone() } else { scaled(&self.jacobian, lengths) }
     }
 
-    /// A Jacobian without the columns of variables that bounds hold.
+    /// A Jacobian with zero columns for variables that bounds hold.
     fn free(&self, problem: &Counted, mut a: DMatrix<f64>, lengths: &[f64]) -> DMatrix<f64> {
         let gradient = self.derivatives(lengths);
         for (i, of) in problem.bounds.iter().enumerate() {
@@ -282,7 +283,7 @@ impl State {
         a
     }
 
-    /// The step, with variables that bounds hold left out; none if nothing is left.
+    /// The step, without variables that bounds hold; `None` if its equations cannot be solved.
     fn step(&self, problem: &Counted, damping: f64, lengths: &[f64]) -> Option<DVector<f64>> {
         let a = self.free(problem, self.in_units(lengths), lengths);
         let (m, n) = a.shape();
@@ -291,7 +292,7 @@ impl State {
             let square = &a * a.transpose() + DMatrix::from_diagonal_element(m, m, damping);
             return square.cholesky().map(|factors| -(a.tr_mul(&factors.solve(&self.r))));
         }
-        // Orthogonal factors, large rows first: AᵀA would lose rows of small units beside those of large ones.
+        // Orthogonal factors, with large rows first: AᵀA would lose rows in small units beside rows in large units.
         let mut order = Vec::from_iter(0..m);
         order.sort_by(|&i, &j| a.row(j).amax().total_cmp(&a.row(i).amax()));
         let mut stacked = a.select_rows(&order).insert_rows(m, n, 0.0);
@@ -304,14 +305,14 @@ impl State {
     }
 }
 
-/// The columns of a Jacobian divided by such lengths.
+/// The columns of a Jacobian divided by `lengths`.
 fn scaled(jacobian: &DMatrix<f64>, lengths: &[f64]) -> DMatrix<f64> {
     let mut scaled = jacobian.clone();
     scaled.column_iter_mut().zip(lengths).for_each(|(mut column, length)| column *= reciprocal(*length));
     scaled
 }
 
-/// 1/length, and 0 for none, or one whose inverse is beyond the range of numbers: what nothing depends on stays where it is.
+/// 1/length, or 0 if length is zero or its inverse overflows: variables without effect do not move.
 fn reciprocal(length: f64) -> f64 {
     if length >= f64::MIN_POSITIVE { length.recip() } else { 0.0 }
 }

@@ -3,10 +3,10 @@
 use super::counted::Counted;
 use super::lbfgs::Merit;
 
-/// Sufficient decrease, and sufficient increase of the slope.
+/// Constants of the Wolfe conditions: sufficient decrease of the value, and sufficient increase of the slope.
 const DECREASE: f64 = 1e-4;
 const SLOPE: f64 = 0.9;
-/// Trials before a direction is given up.
+/// Largest number of trials along a direction.
 const MOST_TRIALS: usize = 50;
 
 /// A point with its value and gradient.
@@ -17,7 +17,7 @@ pub(super) struct Point {
     pub(super) gradient: Vec<f64>,
 }
 
-/// A better point in the direction, none if there is none within rounding. The problem is left there. A point without a gradient is taken for none.
+/// A lower point along the direction, at which the problem is left; `None` if there is none up to rounding. Points without a gradient are rejected.
 pub(super) fn search(
     problem: &mut Counted,
     merit: &mut dyn Merit,
@@ -55,7 +55,7 @@ pub(super) fn search(
         alpha = if high.is_infinite() {
             2.0 * low
         } else if low == 0.0 {
-            // The minimum of the parabola, not too close to either end.
+            // The minimum of the parabola, but not too close to either end.
             let rise = trial.value - from.value - slope;
             let share = if rise.is_finite() && rise > 0.0 { -0.5 * slope / rise } else { 0.1 };
             high * share.clamp(0.1, 0.5)
@@ -66,7 +66,7 @@ pub(super) fn search(
             break;
         }
     }
-    // A lower value with a steep slope is better than none.
+    // A lower value with a steep slope is better than no lower value.
     best.filter(|best| merit.value(problem, &best.x).is_finite())
 }
 

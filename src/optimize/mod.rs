@@ -1,17 +1,17 @@
 //! Optimisation: free variables, costs, constraints, and methods.
 //!
-//! minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c. [`MotionProblem`] is such a problem with the cost J and the outputs of a
-//! motion; any other type that implements [`Problem`] can be minimised too. The gradient of f + wᵀc costs one backward sweep for any number
+//! The methods minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c. [`MotionProblem`] is such a problem with the cost J and the outputs of a
+//! motion; any other type that implements [`Problem`] can be minimised, too. The gradient of f + wᵀc costs one backward sweep for any number
 //! of constraints.
 //!
 //! | method | for |
 //! |---|---|
-//! | [`interior_point`](interior_point()) | many variables, bounds, equalities and inequalities, by exact products of the Hessian |
-//! | [`homotopy`](homotopy()) | the same for problems that are not solved directly, through easier ones |
-//! | [`MultipleShooting`] | a motion whose end is too sensitive to its beginning, divided into segments with states of their own: a problem for the methods above |
+//! | [`interior_point`](interior_point()) | many variables, bounds, equalities and inequalities, with exact products of the Hessian |
+//! | [`homotopy`](homotopy()) | problems that `interior_point` does not solve directly, by a sequence of easier problems |
+//! | [`MultipleShooting`] | motions whose end is too sensitive to their beginning, in segments with own states: a problem for the methods above |
 //! | [`levenberg_marquardt`] | sums of squares of residuals c(x), with fewer or more residuals than variables |
-//! | [`lbfgs`](lbfgs()) | many variables and bounds, by gradients alone |
-//! | [`augmented_lagrangian`](augmented_lagrangian()) | the same with constraints |
+//! | [`lbfgs`](lbfgs()) | many variables and bounds, with gradients alone |
+//! | [`augmented_lagrangian`](augmented_lagrangian()) | many variables, bounds and constraints, with gradients alone |
 //!
 //! ```
 //! use hamiltonian_adjoint::optimize::{Free, MotionProblem, Options, Variables, lbfgs, silent};

@@ -1,4 +1,4 @@
-//! [`MotionProblem`]: a motion's cost and outputs as functions of what is free of its inputs.
+//! [`MotionProblem`]: the cost and the outputs of a motion as functions of its free inputs.
 
 use nalgebra::DMatrix;
 
@@ -9,31 +9,31 @@ use super::variables::Variables;
 use crate::{Error, Inputs, Output, Settings, Solver, System, Warning};
 
 /// The problem of minimising J of a motion subject to constraints on its outputs. Outputs must be zero unless
-/// [`constrain`](Self::constrain) says otherwise; those of an [`EndState`](crate::EndState) are free. In a scene without costs J is 0, and
-/// every feasible point is a minimum.
+/// [`constrain`](Self::constrain) sets another interval; those of an [`EndState`](crate::EndState) are free. In a scene without costs J is 0,
+/// and every feasible point is a minimum.
 #[derive(Debug)]
 pub struct MotionProblem<'s> {
     /// The solver, with the motion of the last evaluated point.
     pub solver: Solver<'s>,
     variables: Variables,
     constraints: Vec<Interval>,
-    /// What it was made with, changed to, or what had a value last.
+    /// The point of construction, of the last change, or of the last successful evaluation.
     known: Point,
-    /// What was evaluated last, with a value or without: that of the solver.
+    /// The point evaluated last, with or without a value: that of the solver.
     tried: Point,
-    /// What was asked for last, and a direction of the inputs.
+    /// The last computed gradient, and workspace for a direction of the inputs.
     gradient: Vec<f64>,
     direction: Inputs,
 }
 
-/// Variables, and the inputs that they give.
+/// Variables, and the corresponding inputs.
 #[derive(Clone, Debug)]
 struct Point {
     x: Vec<f64>,
     inputs: Inputs,
 }
 
-/// Other inputs, and the variables on their grid.
+/// Changed inputs, and the variables on their grid.
 pub(super) struct Changed {
     known: Point,
     variables: Variables,
@@ -43,8 +43,8 @@ impl<'s> MotionProblem<'s> {
     /// A problem with these inputs and free variables.
     ///
     /// # Errors
-    /// Inputs that do not fit the system, or variables of another system or another number of nodes. For a start that is not assembled: a
-    /// free coordinate, velocity or design variable (such as the length of a link) that constraints determine ([`Error::NotFree`]).
+    /// Inputs that do not fit the system, or variables for another system or number of nodes. For a start that is not assembled: a free
+    /// coordinate, velocity or design variable (such as the length of a link) that constraints determine ([`Error::NotFree`]).
     pub fn new(system: &'s System, settings: Settings, inputs: Inputs, mut variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
         variables.check(system, &inputs)?;
@@ -86,7 +86,7 @@ impl<'s> MotionProblem<'s> {
         inputs
     }
 
-    /// What the motion has to say.
+    /// Warnings of the motion.
     pub(super) fn motion_warnings(&self) -> impl Iterator<Item = Warning> {
         self.solver.report().warnings.iter().cloned()
     }
@@ -101,7 +101,7 @@ impl<'s> MotionProblem<'s> {
         Ok(())
     }
 
-    /// What [`change`](Self::change) would make of it.
+    /// The result of [`change`](Self::change), without applying it.
     pub(super) fn changed(&self, by: impl FnOnce(&mut Inputs)) -> Result<Changed, Error> {
         let known = &self.known.inputs;
         let mut inputs = known.clone();
@@ -111,29 +111,29 @@ impl<'s> MotionProblem<'s> {
         known.start.check_kind(&inputs.start)?;
         let mut variables = self.variables.clone();
         let has_same_steps = inputs.grid.steps == known.grid.steps;
-        // Shares of the same steps, taken again, would be others by their rounding.
+        // If the steps are unchanged, their shares are kept: recomputed ones would differ by rounding.
         let x = if has_same_steps { variables.finite(&inputs)? } else { variables.take(&inputs)? };
         Ok(Changed { known: Point { x, inputs }, variables })
     }
 
-    /// Takes a change over; there is no motion until the next point is evaluated.
+    /// Applies a change; there is no motion until the next point is evaluated.
     pub(super) fn take_over(&mut self, changed: Changed) {
         (self.known, self.variables) = (changed.known, changed.variables);
         self.tried = self.known.clone();
         self.solver.drop_motion();
     }
 
-    /// Sets the time at which the motion starts of the point that is tried next; nothing depends on it.
+    /// Sets the start time of the motion at the next tried point. If it varies, nothing may depend on time explicitly.
     pub(super) fn start_at(&mut self, time: f64) {
         self.tried.inputs.grid.start = time;
     }
 
-    /// As [`evaluate`](Problem::evaluate), without taking the point over.
+    /// As [`evaluate`](Problem::evaluate), but the point does not become the current one.
     ///
     /// # Errors
-    /// Those of `evaluate`.
+    /// As `evaluate`.
     pub(super) fn try_at(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
-        // Who looks at f alone needs no c.
+        // Callers that need only f pass an empty c.
         if c.is_empty() {
             self.sizes().point(x)?
         } else {
@@ -148,7 +148,7 @@ impl<'s> MotionProblem<'s> {
         self.solver.cost()
     }
 
-    /// Takes over the point that was tried last: it has a value.
+    /// Makes the last tried point, which has a value, the current one.
     pub(super) fn settle(&mut self) {
         let Point { x, inputs } = &mut self.known;
         x.copy_from_slice(&self.tried.x);
@@ -171,7 +171,7 @@ impl<'s> MotionProblem<'s> {
     }
 }
 
-/// What outputs must be unless it is said.
+/// The default intervals of the outputs.
 pub(super) fn default_constraints(system: &System) -> Vec<Interval> {
     let of = |k| if system.is_report_only(k) { Interval::FREE } else { Interval::ZERO };
     (0..system.outputs()).map(of).collect()

@@ -1,4 +1,4 @@
-//! One problem from many starts.
+//! Optimisation from many starts.
 
 use super::{Outcome, Problem};
 use crate::Error;

@@ -24,7 +24,7 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 /// a single motion by the error of the scheme; if this matters, continue with [`inputs_at`](Self::inputs_at) of the solution as the start
 /// of a [`MotionProblem`].
 ///
-/// J must be a sum over nodes or time, and every output such a sum or a terminal value; a terminal cost is an output to
+/// J must be a sum over nodes or time, and every output such a sum or a terminal value; for a terminal cost, pass an output to
 /// [`minimise`](Self::minimise). A term at a single node belongs to the segment that contains the node. In an output with other terms,
 /// write a terminal term at the last node ([`Sum::Node`](crate::Sum::Node)) instead of `Sum::Terminal`. With constraints, costs may not
 /// depend on σ, p\* or ṗ\*, which restart with every segment (this is not detected for formulas that branch).
@@ -55,17 +55,17 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 #[derive(Debug)]
 pub struct MultipleShooting<'s> {
     segments: Vec<Segment<'s>>,
-    /// What is free of the whole motion: the first variables; then those of the states at the cuts.
+    /// The free quantities of the whole motion: the first variables, followed by the states at the cuts.
     whole: Variables,
-    /// What it was made with, guessed, or what had a value last.
+    /// The inputs given at construction, or of the last successful evaluation.
     inputs: Inputs,
     x: Vec<f64>,
     states: Vec<EndState>,
     names: Vec<String>,
-    /// Of each output, whether all segments add to it or it is the last one's.
+    /// For each output, true if all segments contribute to it, false if only the last one does.
     running: Vec<bool>,
     constraints: Vec<Interval>,
-    /// Of each output, whether it is a term of f.
+    /// For each output, true if it is a term of f.
     minimised: Vec<bool>,
 }
 
@@ -89,7 +89,7 @@ impl<'s> MultipleShooting<'s> {
         let running = accepted::running_outputs(system)?;
         accepted::check(system, &inputs, &free, states, segments)?;
         let of_macro_steps: Vec<usize> = inputs.grid.macro_ends().collect();
-        // Behind so many of them, so that the order is kept; what is left over goes to the last segment.
+        // The first cuts are after this many macro steps, in the order of the segments; remaining steps belong to the last segment.
         let cut = |k: usize| (k * of_macro_steps.len() / segments).checked_sub(1).map_or(0, |last| of_macro_steps[last]);
         let ends = (0..segments).map(|k| (cut(k), if k + 1 < segments { cut(k + 1) } else { inputs.grid.steps.len() }));
         let mut next = whole.len();
@@ -113,7 +113,7 @@ impl<'s> MultipleShooting<'s> {
         Ok(MultipleShooting { segments: all, whole, inputs, x, states, names, running, constraints, minimised })
     }
 
-    /// Sets the guess of the initial states of the segments: `of` receives the node, and q and v, which it changes.
+    /// Sets the guess of the initial states of the segments: `of` receives the node, and modifies q and v.
     ///
     /// # Errors
     /// Values that are not finite; nothing is changed in this case.
@@ -146,7 +146,7 @@ impl<'s> MultipleShooting<'s> {
         self.constraints[at] = to;
     }
 
-    /// Adds an output to the cost instead of constraining it: a terminal cost.
+    /// Adds an output to the cost instead of constraining it, for example as a terminal cost.
     ///
     /// # Panics
     /// If the output belongs to another scene.
@@ -191,7 +191,7 @@ impl<'s> MultipleShooting<'s> {
         self.segments.iter().map(|segment| &segment.motion)
     }
 
-    /// What joins the end of a segment with the next one's start: row, output and variable.
+    /// Continuity conditions between the end of a segment and the start of the next one: row, output and variable.
     fn joints(&self, segment: usize) -> impl Iterator<Item = (usize, usize, usize)> + use<'_> {
         let row = self.running.len() + 2 * self.states.len() * segment;
         let starts =
@@ -200,7 +200,7 @@ impl<'s> MultipleShooting<'s> {
         ends.zip(starts).enumerate().map(move |(k, (output, start))| (row + k, output, *start))
     }
 
-    /// The outputs that a segment contributes to.
+    /// The outputs to which a segment contributes.
     fn rows(&self, segment: usize) -> impl Iterator<Item = usize> + use<'_> {
         let is_last = segment + 1 == self.segments.len();
         (0..self.running.len()).filter(move |&output| self.running[output] || is_last)

@@ -1,8 +1,8 @@
-//! Norms of numbers of any size: their squares may be beyond the range of numbers.
+//! Norms of vectors of any magnitude, whose squares may overflow or underflow.
 
 use crate::number::{dot, largest};
 
-/// The power of two that is at most x and more than half of it, by which nothing is rounded that is divided by it; 1 for none.
+/// The power of two that is at most x and more than half of it, so that division by it is exact; 1 if there is none.
 pub(super) fn magnitude(x: f64) -> f64 {
     const EXPONENT: u64 = 0x7ff << 52;
     let power = f64::from_bits(x.to_bits() & EXPONENT);
@@ -13,7 +13,7 @@ pub(super) fn magnitude(x: f64) -> f64 {
     }
 }
 
-/// The root of the sum of squares.
+/// Square root of the sum of squares.
 pub(super) fn norm(x: &[f64]) -> f64 {
     let unit = magnitude(largest(x));
     let parts: Vec<f64> = x.iter().map(|x| x / unit).collect();

@@ -51,7 +51,7 @@ impl Options {
         problem.constraints().iter().enumerate().try_for_each(|(j, of)| of.check(|| problem.constraint_name(j)))
     }
 
-    /// Refuses what no comparison would ever meet or exceed.
+    /// Rejects values with which no comparison would succeed.
     pub(super) fn check(&self) -> Result<(), Error> {
         let refused =
             |name: &str, value, must_be| Err(Error::Parameter { what: format!("`Options::{name}`"), value, must_be });
@@ -79,8 +79,8 @@ pub enum Reason {
     /// The gradient is below the tolerance or rounding, and the constraints hold within the tolerance or rounding. If steep slopes
     /// determine the rounding error of the gradient, these slopes are confirmed by finite differences.
     Stationary,
-    /// No lower value was found along the search direction. If f jumps ([`Outcome::halved`]) or has a fold, there may be lower values
-    /// beyond.
+    /// No lower value was found along the search direction. If f jumps ([`Outcome::halved`]) or has a fold, lower values may exist beyond the
+    /// jump or fold.
     NoLowerValue,
     /// The sum of squares of the violations has a local minimum, in the units of the constraints: no feasible point is nearby. Another
     /// start or a [`homotopy`](super::homotopy()) may find a feasible point if one exists.
@@ -88,11 +88,11 @@ pub enum Reason {
     /// The value decreases without bound: it still decreases at variables so large that a change by the magnitude of their initial values
     /// is below their rounding error.
     Unbounded,
-    /// The last problem of a homotopy was not reached; its last call of `set` shows how far it came.
+    /// The last problem of a homotopy was not reached; the argument s of the last call of `set` is the one that was reached.
     NoWay,
     /// The limit of iterations was reached.
     Iterations,
-    /// A callback of the method or of a simulation stopped it ([`Error::Interrupted`]).
+    /// Stopped by a callback of the method or of a simulation ([`Error::Interrupted`]).
     Interrupted,
     /// The start has no value or no derivatives, for example if its motion cannot be computed; [`Outcome::first_failure`] contains the
     /// error. Value and violation are infinite.
@@ -113,12 +113,12 @@ impl fmt::Display for Reason {
         f.write_str(match self {
             Reason::Target => "the target was reached",
             Reason::Stationary => "the gradient is below the tolerance or below its rounding error",
-            Reason::NoLowerValue => "no value that is lower by more than rounding was found along the search direction",
+            Reason::NoLowerValue => "no value lower by more than rounding error was found along the search direction",
             Reason::Infeasible => "the violation of the constraints cannot be reduced further",
-            Reason::Unbounded => "the value falls without end",
+            Reason::Unbounded => "the value decreases without bound",
             Reason::NoWay => "the last problem of the homotopy was not reached",
-            Reason::Iterations => "all iterations were made",
-            Reason::Interrupted => "it was told to stop",
+            Reason::Iterations => "the iteration limit was reached",
+            Reason::Interrupted => "stopped by a callback",
             Reason::NoStart => "the start has no value or no derivatives",
             Reason::NoDerivative => "a derivative could not be computed",
         })
@@ -187,7 +187,7 @@ impl Outcome {
     }
 }
 
-/// Why the method stopped, after how many iterations, with which value and violation; one line.
+/// One line with the reason, the counts, the value and the largest violation.
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Outcome { reason, iterations, evaluations, gradients, products, value, violation, .. } = self;

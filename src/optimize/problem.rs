@@ -1,10 +1,10 @@
-//! [`Problem`]: what can be minimised.
+//! [`Problem`]: an optimisation problem.
 
 use nalgebra::DMatrix;
 
 use crate::{Error, Warning};
 
-/// Bounds closer than this share of them are one: a hundredth of what is between them would be lost in rounding.
+/// Bounds closer than this relative distance count as an equality: a hundredth of the distance between them would be lost to rounding.
 const NO_ROOM: f64 = 100.0 * f64::EPSILON;
 
 /// An interval of allowed values.
@@ -44,7 +44,7 @@ impl Interval {
 
     /// The value of the interval nearest to x.
     pub fn nearest(&self, x: f64) -> f64 {
-        // Not `clamp`, which panics where the bounds are none.
+        // Not `clamp`, which panics if the bounds are NaN or in the wrong order.
         x.max(self.least).min(self.most)
     }
 
@@ -58,12 +58,12 @@ impl Interval {
         self.excess(x).abs()
     }
 
-    /// Whether rounding leaves no room between the bounds.
+    /// True if rounding leaves no room between the bounds.
     pub(super) fn is_equality(&self) -> bool {
         self.most <= self.least + NO_ROOM * self.least.abs()
     }
 
-    /// The bound at which x is held where a function is to fall whose derivative is g, if it is.
+    /// The bound at which x is held if a function with the derivative g is minimised; `None` if x can move.
     pub(super) fn holds(&self, x: f64, g: f64) -> Option<f64> {
         match x {
             _ if x <= self.least && g > 0.0 => Some(self.least),
@@ -73,7 +73,7 @@ impl Interval {
     }
 
     /// # Errors
-    /// Bounds that no value is between, or that are no numbers.
+    /// Bounds that exclude every value, or that are NaN.
     pub(super) fn check(&self, what: impl Fn() -> String) -> Result<(), Error> {
         let Interval { least, most } = *self;
         let refused = |what, value, must_be| Err(Error::Parameter { what, value, must_be });
@@ -84,22 +84,22 @@ impl Interval {
             return refused(format!("the upper bound of {}", what()), most, "a number, or inf for none");
         }
         if least > most {
-            let what = format!("the upper bound of {}, whose lower one is {least},", what());
-            return refused(what, most, "no less than that");
+            let what = format!("the upper bound of {}, whose lower bound is {least},", what());
+            return refused(what, most, "at least the lower bound");
         }
         Ok(())
     }
 }
 
-/// minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c.
+/// An optimisation problem: minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c.
 ///
-/// A problem for the methods of this module or any other optimiser:
+/// It can be solved by the methods of this module or by any other optimiser:
 ///
 /// ```
 /// use hamiltonian_adjoint::Error;
 /// use hamiltonian_adjoint::optimize::{Interval, Options, Problem, augmented_lagrangian, silent};
 ///
-/// /// The point of the line x + y = 2 that is nearest to (3, 0).
+/// /// The point on the line x + y = 2 that is nearest to (3, 0).
 /// struct Nearest([f64; 2]);
 /// impl Problem for Nearest {
 ///     fn variables(&self) -> usize {
@@ -149,7 +149,7 @@ pub trait Problem {
         format!("constraint {j}")
     }
 
-    /// f(x), and c(x) into `c`.
+    /// Computes f(x), and c(x) into `c`.
     ///
     /// # Errors
     /// A point without a value, for example a motion that cannot be computed. Methods treat its value as infinite and continue.
@@ -187,7 +187,7 @@ pub trait Problem {
     }
 
     /// Work of computing the Jacobian of these constraints row by row, and column by column with [`push_forward`](Self::push_forward), in a
-    /// common unit; methods choose the cheaper way. Default: the numbers of rows and of variables.
+    /// common unit; methods choose the way with less work. Default: the numbers of rows and of variables.
     fn jacobian_work(&self, rows: &[usize]) -> [usize; 2] {
         [rows.len(), self.variables()]
     }

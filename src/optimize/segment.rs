@@ -1,4 +1,4 @@
-//! [`Segment`]: a part of a motion as a motion of its own.
+//! [`Segment`]: a part of a motion, treated as a motion of its own.
 
 use nalgebra::DVector;
 
@@ -8,24 +8,24 @@ use super::problem::Interval;
 use super::variables::Variables;
 use crate::{EndState, Error, Held, Inputs, Settings, Start, System};
 
-/// Its problem, and its place in the whole.
+/// The problem of a part of a motion, and its place in the whole problem.
 #[derive(Debug)]
 pub(super) struct Segment<'s> {
     pub(super) motion: MotionProblem<'s>,
-    /// The nodes with which it begins and ends.
+    /// The first and the last node.
     pub(super) first: usize,
     pub(super) last: usize,
-    /// Which variable each of its own is.
+    /// The index in the whole problem of each variable of the segment.
     pub(super) places: Vec<usize>,
-    /// Whether the last gradient asked anything of it: what does not has no product either.
+    /// True if the last gradient depends on the segment; otherwise its Hessian product is zero.
     pub(super) asked: bool,
 }
 
 impl<'s> Segment<'s> {
-    /// The one between two nodes; if it does not begin at the first, the states of its start are the next variables.
+    /// The segment between two nodes. Unless it begins at the first node, the states of its start are the next variables.
     ///
     /// # Errors
-    /// Inputs and variables that do not fit.
+    /// Invalid inputs and variables.
     pub(super) fn new(
         (system, settings): (&'s System, Settings),
         (whole, free, states): (&Inputs, &[Free], &[EndState]),
@@ -34,7 +34,7 @@ impl<'s> Segment<'s> {
     ) -> Result<Self, Error> {
         if free.iter().any(|of| of.quantity == Quantity::Duration) && share(whole, (first, last)) <= 0.0 {
             let why =
-                "one of the segments goes back in time, or ends when it begins; take other segments, or fix the duration";
+                "one of the segments runs backwards in time or has zero length; use other segments, or fix the duration";
             return Err(Error::NotInSegments { what: "a free duration".into(), why });
         }
         let (own, places) = own_variables(free, whole, (first, last), states, next);
@@ -44,20 +44,20 @@ impl<'s> Segment<'s> {
         Ok(Segment { motion, first, last, places, asked: false })
     }
 
-    /// Puts its state at the start, of so many coordinates, where it is in the whole.
+    /// Copies the state at the start of the segment, of `states` coordinates, to the variables of the whole problem.
     pub(super) fn put_start(&self, states: usize, whole: &mut [f64]) {
         let (own, known) = (self.motion.start(), self.places.len() - 2 * states);
         self.places[known..].iter().zip(&own[known..]).for_each(|(&at, x)| whole[at] = *x);
     }
 }
 
-/// The share of a motion's duration between two nodes.
+/// The fraction of a motion's duration between two nodes.
 fn share(inputs: &Inputs, (first, last): (usize, usize)) -> f64 {
     let sum = |steps: &[f64]| steps.iter().sum::<f64>();
     sum(&inputs.grid.steps[first..last]) / sum(&inputs.grid.steps)
 }
 
-/// What is free of a segment, and which variables of the whole those are; its state at the start, if it is not the first, takes the next ones.
+/// The free quantities of a segment, and their variables in the whole problem; except for the first segment, the start has the next variables.
 fn own_variables(
     free: &[Free],
     inputs: &Inputs,
@@ -98,7 +98,7 @@ fn own_variables(
     (own, places)
 }
 
-/// The inputs between two nodes; other than at the first, the start is made of states.
+/// The inputs between two nodes; except for the first segment, the start consists of states.
 fn own_inputs(system: &System, inputs: &Inputs, (first, last): (usize, usize), states: &[EndState]) -> Inputs {
     let mut own = inputs.clone();
     own.grid = inputs.grid.part(first, last);

@@ -7,14 +7,14 @@ use super::problem::{Interval, Problem};
 use super::sizes::Sizes;
 use crate::{Error, Warning};
 
-/// A problem made of several motions: the sum of their costs and all their outputs in sequence. Use it for trials of one experiment with
+/// A problem made of several motions: the sum of their costs, and all their outputs in sequence. Use it for trials of one experiment with
 /// different starts, forces or durations.
 ///
-/// All motions must have the same variables; bounds are the intersection of all bounds, names those of the first motion.
+/// All motions must have the same variables. Bounds are the intersection of the bounds of all motions; names are those of the first.
 #[derive(Debug)]
 pub struct Trials<'s> {
     motions: Vec<MotionProblem<'s>>,
-    /// Whether the last gradient asked anything of each: what does not has no product either.
+    /// For each motion, true if the last gradient depends on it; otherwise its Hessian product is zero.
     asked: Vec<bool>,
 }
 
@@ -22,7 +22,7 @@ impl<'s> Trials<'s> {
     /// A problem of these motions.
     ///
     /// # Errors
-    /// No motion; variables that differ from those of the first in number, quantity, scale or form; bounds with empty intersection.
+    /// No motion; variables that differ from those of the first motion in number, quantity, scale or form; bounds with empty intersection.
     pub fn new(motions: Vec<MotionProblem<'s>>) -> Result<Self, Error> {
         let Some(first) = motions.first() else {
             return Err(Error::Parameter { what: "the number of trials".into(), value: 0.0, must_be: "at least 1" });
@@ -30,7 +30,7 @@ impl<'s> Trials<'s> {
         for (trial, motion) in motions.iter().enumerate() {
             let (expected, found) = (first.variables(), motion.variables());
             if found != expected {
-                let what = "variables of a trial, which must be those of the first one";
+                let what = "variables of a trial, which must be those of the first trial";
                 return Err(Error::Size { what, expected, found });
             }
             if let Some(i) = (0..found).find(|&i| motion.free().meaning(i) != first.free().meaning(i)) {
@@ -49,7 +49,7 @@ impl<'s> Trials<'s> {
         Ok(trials)
     }
 
-    /// The motions, each with the solver of the last evaluated point.
+    /// The motions, each with the solver at the last evaluated point.
     pub fn motions(&self) -> &[MotionProblem<'s>] {
         &self.motions
     }

@@ -1,4 +1,4 @@
-//! [`Variables`]: what of a motion's inputs is free, and how: x ↔ inputs, and the transposed chain rule.
+//! [`Variables`]: the free inputs of a motion as variables x, with the map x ↔ inputs and its transposed derivative.
 
 use std::collections::HashSet;
 use std::mem::{Discriminant, discriminant};
@@ -9,17 +9,17 @@ use super::spline::cubic;
 use crate::motion::check_size;
 use crate::{Error, Gradient, Inputs, System};
 
-const NODES: &str = "the nodes of the inputs, which must be those that variables were made for";
+const NODES: &str = "the nodes of the inputs, which must be those for which the variables were created";
 
 /// The free variables in order, and their map to the inputs.
 #[derive(Clone, Debug)]
 pub struct Variables {
     free: Vec<Free>,
-    /// Where the variables of each begin, and the end.
+    /// The first variable of each free quantity, and the number of all variables.
     first: Vec<usize>,
-    /// The share of the motion's time that has passed at each node.
+    /// The fraction of the duration that has passed at each node.
     shares: Vec<f64>,
-    /// The share of each step.
+    /// The length of each step relative to the duration.
     steps: Vec<f64>,
     names: Vec<String>,
 }
@@ -41,12 +41,11 @@ impl Variables {
             require(of.scale > 0.0 && of.scale.is_finite(), || format!("the scale of `{name}`"), of.scale, "positive")?;
             let Interval { least, most } = of.bounds;
             for (which, bound, is_none) in [("lower", least, least == f64::NEG_INFINITY), ("upper", most, false)] {
-                let what = || format!("the {which} bound of `{name}`, whose logarithm is taken,");
+                let what = || format!("the {which} bound of the logarithmic variable `{name}`");
                 require(!of.logarithm || bound > 0.0 || is_none, what, bound, "positive")?;
-                let what =
-                    || format!("the scale of `{name}`, in units of which its {which} bound is beyond the range of numbers,");
+                let what = || format!("the scale of `{name}`, with which its {which} bound overflows,");
                 let is_lost = bound.is_finite() && !of.to_variable(bound).is_finite();
-                require(!is_lost, what, of.scale, "nearer to its bounds")?;
+                require(!is_lost, what, of.scale, "closer to the bound")?;
             }
             let (knots, nodes) = (of.knots(inputs.grid.nodes()), inputs.grid.nodes());
             let fewest = match of.quantity {
@@ -59,7 +58,7 @@ impl Variables {
                 (fewest..=nodes).contains(&knots),
                 count,
                 knots as f64,
-                "at least 1 (2 if linear, 4 of a spline) and at most that of the nodes",
+                "at least 1 (2 if linear, 4 for a spline) and at most the number of nodes",
             )?;
             let is_new = known.insert(of.quantity.subject());
             require(is_new, || format!("the number of times that `{name}` is free"), 2.0, "1")?;
@@ -73,38 +72,38 @@ impl Variables {
         let singles = free.iter().filter(is_single).count() as f64;
         let has_duration = free.iter().any(|of| of.quantity == Quantity::Duration);
         let count = || "the number of single step lengths beside a free duration".into();
-        require(singles == 0.0 || !has_duration, count, singles, "0: either all together or each by itself")?;
+        require(singles == 0.0 || !has_duration, count, singles, "0; free either the duration or single step lengths")?;
         let mut variables = Variables { free, first, shares: Vec::new(), steps: Vec::new(), names };
         variables.take(inputs)?;
         Ok(variables)
     }
 
     /// # Errors
-    /// Inputs with another number of nodes, a system that does not have what is free.
+    /// Inputs with another number of nodes, or a system that lacks a free quantity.
     pub(super) fn check(&self, system: &System, inputs: &Inputs) -> Result<(), Error> {
         check_size(NODES, self.shares.len(), inputs.grid.nodes())?;
         self.free.iter().try_for_each(|of| of.quantity.name(system, inputs.grid.steps.len()).map(drop))
     }
 
-    /// Takes over where in the motion's time its nodes are; the variables that give these inputs.
+    /// Stores the relative times of the nodes, and returns the variables of these inputs.
     ///
     /// # Errors
-    /// A free duration of none, what has no logarithm.
+    /// A free duration of zero, or a variable that is not finite.
     pub(super) fn take(&mut self, inputs: &Inputs) -> Result<Vec<f64>, Error> {
         let passed = inputs.grid.passed();
         let duration = passed[passed.len() - 1];
         if self.free.iter().any(|of| of.quantity == Quantity::Duration) {
-            require(duration != 0.0, || "the duration of the motion".into(), duration, "not zero to be free")?;
+            require(duration != 0.0, || "the duration of the motion".into(), duration, "not zero if it is free")?;
         }
         self.shares = passed.iter().map(|t| if duration == 0.0 { 0.0 } else { t / duration }).collect();
         self.steps = inputs.grid.steps.iter().map(|dt| dt / duration).collect();
         self.finite(inputs)
     }
 
-    /// The variables that give these inputs.
+    /// The variables of these inputs.
     ///
     /// # Errors
-    /// What has no logarithm.
+    /// A variable that is not finite, such as the logarithm of a negative value.
     pub(super) fn finite(&self, inputs: &Inputs) -> Result<Vec<f64>, Error> {
         let x = self.of(inputs);
         x.iter().position(|x| !x.is_finite()).map_or(Ok(()), |i| {
@@ -130,7 +129,7 @@ impl Variables {
         &self.names[i]
     }
 
-    /// What variable i stands for, whatever system it is of: name, kind, scale and whether it is a logarithm.
+    /// The meaning of variable i, independent of the system: name, kind, scale, and true if it is a logarithm.
     pub(super) fn meaning(&self, i: usize) -> (&str, Discriminant<Quantity>, f64, bool) {
         let of = &self.free[self.first.partition_point(|first| *first <= i) - 1];
         (self.name(i), discriminant(&of.quantity), of.scale, of.logarithm)
@@ -145,7 +144,7 @@ impl Variables {
         self.parts().flat_map(|(free, range)| range.map(move |_| of(free))).collect()
     }
 
-    /// What is free, in order.
+    /// The free quantities, in order.
     pub(super) fn free(&self) -> &[Free] {
         &self.free
     }
@@ -164,7 +163,7 @@ impl Variables {
                 | Quantity::LinearControl(control, _)
                 | Quantity::PiecewiseControl(control, _)
                 | Quantity::SplineControl(control, _) => {
-                    // Of the nodes that the knot has most to say of, the first; where there is none, as the knot before.
+                    // The first node at which the weight of the knot is largest; if there is none, the value of the previous knot.
                     let mut most = vec![0.0; values.len()];
                     for node in 0..self.shares.len() {
                         for (knot, weight) in self.weights(&free.quantity, node) {
@@ -200,7 +199,7 @@ impl Variables {
         Ok(())
     }
 
-    /// As [`apply`](Self::apply), of what fits.
+    /// As [`apply`](Self::apply), without checks of sizes.
     pub(super) fn write(&self, x: &[f64], inputs: &mut Inputs) {
         self.set(inputs, |free, i| free.to_value(x[i]));
     }
@@ -213,14 +212,14 @@ impl Variables {
         self.set(change, |free, i| free.slope(x[i]) * direction[i]);
     }
 
-    /// What the logarithms of variables add to a product of the Hessian: d²value/dx² of them is the slope itself.
+    /// Adds the contribution of logarithmic variables to a Hessian product: their d²value/dx² equals the slope.
     pub(super) fn add_curvature(&self, direction: &[f64], gradient: &[f64], product: &mut [f64]) {
         for (_, range) in self.parts().filter(|(free, _)| free.logarithm) {
             range.for_each(|i| product[i] += gradient[i] * direction[i]);
         }
     }
 
-    /// Sets what is free to such values, or changes.
+    /// Sets the free quantities to the given values or changes.
     fn set(&self, inputs: &mut Inputs, of: impl Fn(&Free, usize) -> f64) {
         for (free, range) in self.parts() {
             let value = |k: usize| of(free, range.start + k);
@@ -273,7 +272,7 @@ impl Variables {
         }
     }
 
-    /// The knots that a node's control is made of, with their weights.
+    /// The knots that determine the control at a node, with their weights.
     fn weights(&self, of: &Quantity, node: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
         let share = self.shares[node];
         let all = match *of {
@@ -284,7 +283,7 @@ impl Variables {
                 [(left, 1.0 - right), (left + 1, right), (0, 0.0), (0, 0.0)]
             }
             Quantity::PiecewiseControl(_, pieces) => {
-                // A node at the end of a piece, to rounding, begins the next one.
+                // A node at the end of a piece, up to rounding, belongs to the next piece.
                 let place = share.clamp(0.0, 1.0) * pieces as f64 * (1.0 + 1e-12);
                 only((place as usize).min(pieces - 1))
             }
@@ -298,7 +297,7 @@ impl Variables {
     }
 }
 
-/// One knot alone.
+/// A single knot with weight 1.
 fn only(knot: usize) -> [(usize, f64); 4] {
     [(knot, 1.0), (0, 0.0), (0, 0.0), (0, 0.0)]
 }

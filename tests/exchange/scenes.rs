@@ -289,7 +289,7 @@ fn what_is_wrong_in_a_scene_is_named_with_its_place() {
     assert_says(&change("\"motion\": \"harmonic\"", "\"motion\": \"square\""), &["`square`", "constant speed"]);
     assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90 *\""), &["`spring`", "character 5", "ends too early"]);
     assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90 * k\""), &["no design variable is called `k`"]);
-    assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"wurzel(2)\""), &["no function `wurzel`", "sqrt"]);
+    assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"wurzel(2)\""), &["unknown function `wurzel`", "sqrt"]);
     assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"2 ^ m\""), &["exponent must be a number"]);
     assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90; $2\""), &["character 5", "no part `$2` precedes it"]);
     assert_says(&change("\"stiffness\": 90.0", "\"stiffness\": \"90;\""), &["ends too early"]);

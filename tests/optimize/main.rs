@@ -727,7 +727,7 @@ fn wrong_variables_are_named() {
     assert_says(&wrong(&|free| free[1].quantity = Quantity::PiecewiseControl(pull, 99)), &["knots", "pull"]);
     assert_says(&wrong(&|free| free[4] = Free::new(free[4].quantity.clone()).logarithmic().scaled(-1.0)), &["scale"]);
     let Quantity::LinearControl(pull, _) = free[1].quantity else { panic!("it is linear") };
-    assert_says(&wrong(&|free| free[1].quantity = Quantity::SplineControl(pull, 3)), &["knots", "4 of a spline"]);
+    assert_says(&wrong(&|free| free[1].quantity = Quantity::SplineControl(pull, 3)), &["knots", "4 for a spline"]);
     assert_says(&wrong(&|free| free.push(Free::new(Quantity::StepLength(1)))), &["step lengths", "duration"]);
     assert_says(&wrong(&|free| free[6] = Free::new(Quantity::StepLength(0))), &["step 0"]);
     assert_says(&wrong(&|free| free[6] = Free::new(Quantity::StepLength(8))), &["step 8"]);

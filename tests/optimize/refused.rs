@@ -119,7 +119,7 @@ fn constraints_are_called_by_the_names_of_outputs() {
     assert_says(&error, &["lower bound of output `energy` is NaN"]);
     problem.constrain(energy, Interval::new(2.0, 1.0));
     let error = Options::default().fit(&problem, &start).expect_err("no room");
-    assert_says(&error, &["upper bound of output `energy`, whose lower one is 2, is 1;"]);
+    assert_says(&error, &["upper bound of output `energy`, whose lower bound is 2, is 1;"]);
     let trials = Trials::new(vec![motion(), motion()]).expect("trials");
     assert_eq!(trials.constraint_name(system.outputs() + 1), "output `speed` of trial 1");
 }
@@ -133,7 +133,7 @@ fn joints_of_segments_have_names() {
     let names: Vec<String> = (0..segments.constraints().len()).map(|j| segments.constraint_name(j)).collect();
     assert_eq!(names[0], "output `place`");
     let first = system.coordinate_name(states[0].coordinate.index());
-    assert_eq!(names[names.len() - 6], format!("the joint at `{first} at node 3`"));
+    assert_eq!(names[names.len() - 6], format!("the continuity of `{first} at node 3`"));
     assert!(names[names.len() - 1].contains("rate of"), "{names:?}");
 }
 
@@ -145,7 +145,7 @@ fn the_bound_that_is_wrong_is_named() {
         (infinite, infinite, "lower bound of `x0` is inf"),
         (0.0, nan, "upper bound of `x0` is NaN"),
         (-infinite, -infinite, "upper bound of `x0` is -inf"),
-        (1.0, 0.0, "upper bound of `x0`, whose lower one is 1, is 0"),
+        (1.0, 0.0, "upper bound of `x0`, whose lower bound is 1, is 0"),
     ];
     let flat: Function = |_, _, g| {
         g.fill(0.0);
@@ -364,5 +364,5 @@ fn variables_of_trials_are_within_the_bounds_of_all() {
     let trials = Trials::new(vec![within(-1.0, 4.0), within(-3.0, 2.0)]).expect("something in common");
     assert!(trials.bounds().iter().all(|of| *of == Interval::new(-1.0, 2.0)));
     let error = Trials::new(vec![within(-1.0, 1.0), within(2.0, 3.0)]).expect_err("nothing in common");
-    assert_says(&error, &["`force [0]` in all trials", "lower one is 2", "is 1"]);
+    assert_says(&error, &["`force [0]` in all trials", "lower bound is 2", "is 1"]);
 }

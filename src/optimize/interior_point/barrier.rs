@@ -1,16 +1,16 @@
-//! [`Barrier`]: bounds as a barrier −μ Σ [ln(y − l) + ln(u − y)] on the variables y = (x, s), s the values of constraints that are inequalities.
+//! [`Barrier`]: bounds as a barrier −μ Σ [ln(y − l) + ln(u − y)] on the variables y = (x, s), with slacks s for inequality constraints.
 
 use super::super::counted::Counted;
 use super::super::problem::Interval;
 
-/// A start is moved so far into its bounds: variables relative to their size or to their distance, the smaller of both; slacks relative to their distance
-/// or, with one bound, to its size or to what is far from it.
+/// A start is moved inside its bounds by this fraction: for variables, of the size of the bound or the distance between the bounds, whichever is
+/// smaller; for slacks, of this distance or, with one bound, of the larger of its size and `far` units.
 pub(super) const INSIDE: f64 = 1e-2;
-/// No step goes farther than this share of the way to a bound.
+/// Largest fraction of the distance to a bound that a step may take.
 pub(super) const TO_BOUND: f64 = 0.995;
-/// How far the multipliers of bounds may be from μ/distance, by a factor.
+/// Largest factor between the multiplier of a bound and μ/distance.
 const NEAR: f64 = 1e10;
-/// Newton's steps at most to a least value between two bounds, and how near to it, in parts of the distance from the bounds, is enough.
+/// Largest number of Newton iterations for a minimum between two bounds, and their tolerance relative to the distance from the bounds.
 const NEWTON: usize = 60;
 const CLOSE: f64 = 1e-8;
 
@@ -18,24 +18,24 @@ const CLOSE: f64 = 1e-8;
 #[derive(Clone)]
 pub(super) struct Barrier {
     pub(super) bounds: Vec<Interval>,
-    /// Those of lower and of upper bounds.
+    /// Multipliers of the lower and the upper bounds.
     z: Vec<[f64; 2]>,
     pub(super) mu: f64,
-    /// A length of the variables, in units of which they move.
+    /// A length scale of the variables.
     pub(super) unit: f64,
-    /// What is far from a bound in units of a length: 1 for variables; for slacks, what such steps change their constraints by.
+    /// Distance of a far bound, in units of a length: 1 for variables; for slacks, the change of their constraints by a step of this length.
     pub(super) far: Vec<f64>,
 }
 
 impl Barrier {
-    /// Of a problem and those of its constraints that have slacks.
+    /// The barrier of a problem and of those of its constraints that have slacks.
     pub(super) fn new(problem: &Counted, inequalities: &[usize]) -> Self {
         let of_constraints = inequalities.iter().map(|&j| problem.intervals[j]);
         let bounds: Vec<Interval> = problem.bounds.iter().copied().chain(of_constraints).collect();
         Barrier { z: vec![[0.0; 2]; bounds.len()], far: vec![1.0; bounds.len()], bounds, unit: 1.0, mu: 0.0 }
     }
 
-    /// Moves variables by such a share inside their bounds.
+    /// Moves variables inside their bounds by a fraction `share`.
     pub(super) fn move_variables(&self, x: &mut [f64], share: f64) {
         let size = |bound: f64| if bound == 0.0 { self.unit } else { bound.abs() };
         x.iter_mut()
@@ -43,7 +43,7 @@ impl Barrier {
             .for_each(|(x, of)| move_inside(x, of, |bound| share * size(bound).min(of.most - of.least)));
     }
 
-    /// Moves slacks, the entries of y behind n variables, inside theirs.
+    /// Moves slacks, the entries of y after n variables, inside their bounds.
     pub(super) fn move_slacks(&self, n: usize, y: &mut [f64]) {
         for ((y, of), far) in y.iter_mut().zip(&self.bounds).zip(&self.far).skip(n) {
             let distance = of.most - of.least;
@@ -53,12 +53,12 @@ impl Barrier {
         }
     }
 
-    /// Whether there is anything to keep away from.
+    /// True if any bound needs a barrier.
     pub(super) fn is_there(&self) -> bool {
         self.bounds.iter().any(|of| !of.is_equality() && *of != Interval::FREE)
     }
 
-    /// Takes μ, and the multipliers that belong to it.
+    /// Sets μ, and the corresponding multipliers.
     pub(super) fn set(&mut self, mu: f64, y: &[f64]) {
         self.mu = mu;
         for ((z, of), y) in self.z.iter_mut().zip(&self.bounds).zip(y) {
@@ -66,7 +66,7 @@ impl Barrier {
         }
     }
 
-    /// −Σ ln of all distances, times μ.
+    /// −μ times the sum of the logarithms of all distances.
     pub(super) fn value(&self, y: &[f64]) -> f64 {
         let logarithm = |(of, y): (&Interval, &f64)| {
             distances(of, *y).into_iter().filter(|distance| distance.is_finite()).map(f64::ln).sum::<f64>()
@@ -82,7 +82,7 @@ impl Barrier {
         }
     }
 
-    /// The curvature of the barrier by its multipliers, z/(y − l) + z/(u − y).
+    /// The curvature of the barrier computed with its multipliers, z/(y − l) + z/(u − y).
     pub(super) fn curvature(&self, y: &[f64]) -> Vec<f64> {
         let of = |((of, y), z): ((&Interval, &f64), &[f64; 2])| {
             let [below, above] = distances(of, *y);
@@ -91,7 +91,7 @@ impl Barrier {
         self.bounds.iter().zip(y).zip(&self.z).map(of).collect()
     }
 
-    /// What a step of 1 of each entry of y is: its distance from a bound, 0 for what is fixed; no more than what is far in units of a length.
+    /// The scale of each entry of y: its distance from the nearest bound, at most `far` times `length`; 0 for fixed entries.
     pub(super) fn scales(&self, y: &[f64], length: f64) -> Vec<f64> {
         let of = |((of, y), far): ((&Interval, &f64), &f64)| {
             let [below, above] = distances(of, *y);
@@ -100,7 +100,7 @@ impl Barrier {
         self.bounds.iter().zip(y).zip(&self.far).map(of).collect()
     }
 
-    /// The largest derivative, times the distance from the bound that it pushes to, in units of a length, where that is not far: what is left of
+    /// The largest derivative times the distance from the bound towards which it pushes, in units of `length` and at most `far`: the error of
     /// complementarity.
     pub(super) fn stationarity(&self, y: &[f64], gradient: &[f64], length: f64) -> f64 {
         let of = |(((of, y), g), far): (((&Interval, &f64), &f64), &f64)| {
@@ -111,7 +111,7 @@ impl Barrier {
         self.bounds.iter().zip(y).zip(gradient).zip(&self.far).map(of).fold(0.0, f64::max)
     }
 
-    /// How much of a step from here, behind `before`, goes no farther than a share of the way to any bound: 1 or less.
+    /// The largest factor ≤ 1 with which a step, taken after `before` from y, covers at most a fraction `share` of the distance to any bound.
     pub(super) fn most(&self, share: f64, y: &[f64], before: &[f64], step: &[f64]) -> f64 {
         let mut most = 1.0f64;
         for (i, of) in self.bounds.iter().enumerate().filter(|(i, _)| step[*i] != 0.0) {
@@ -122,8 +122,8 @@ impl Barrier {
         most
     }
 
-    /// How much of a step of y_i there is room for on the way to its bound, or, beside that, as far as the interval is wide or its bound large; or `size`,
-    /// if that is 0.
+    /// The fraction of a step of y_i up to its bound, but at least over the width of the interval or the size of the bound (`size` if the bound is
+    /// 0), whichever is smaller.
     pub(super) fn share(&self, i: usize, y: f64, step: f64, size: f64) -> f64 {
         let of = &self.bounds[i];
         let ([below, above], is_down) = (distances(of, y), step < 0.0);
@@ -133,7 +133,7 @@ impl Barrier {
         if room > 0.0 && room < step.abs() { room / step.abs() } else { 1.0 }
     }
 
-    /// Leaves where it was what rounding would bring to a bound.
+    /// Restores the previous value of entries that rounding would move onto a bound.
     pub(super) fn keep_inside(&self, before: &[f64], y: &mut [f64]) {
         for ((y, before), of) in y.iter_mut().zip(before).zip(&self.bounds) {
             let is_outside = distances(of, *y).into_iter().any(|distance| distance <= 0.0);
@@ -143,7 +143,7 @@ impl Barrier {
         }
     }
 
-    /// The y_i where −w [ln(y_i − l) + ln(u − y_i)] + ½ (y_i − x)² is least, unless rounding leaves no room for it.
+    /// The y_i that minimises −w [ln(y_i − l) + ln(u − y_i)] + ½ (y_i − x)²; `None` if rounding leaves no room for it.
     pub(super) fn settled(&self, i: usize, x: f64, weight: f64) -> Option<f64> {
         let of = &self.bounds[i];
         // The root of d (d − e) = w, without cancellation.
@@ -160,7 +160,7 @@ impl Barrier {
         is_inside.then_some(y)
     }
 
-    /// The multipliers behind a step d from y to `next`.
+    /// Updates the multipliers after a step d from y to `next`.
     pub(super) fn step(&mut self, y: &[f64], next: &[f64]) {
         for (i, of) in self.bounds.iter().enumerate() {
             let (before, now, d) = (distances(of, y[i]), distances(of, next[i]), next[i] - y[i]);
@@ -173,19 +173,19 @@ impl Barrier {
     }
 }
 
-/// Moves y so far away from its bounds; what is fixed stays where it is.
+/// Moves y away from its bounds by `by`; a fixed y is not moved.
 fn move_inside(y: &mut f64, of: &Interval, by: impl Fn(f64) -> f64) {
     if !of.is_equality() {
         *y = y.max(of.least + by(of.least)).min(of.most - by(of.most));
     }
 }
 
-/// y − l and u − y; of what is fixed, infinite.
+/// y − l and u − y; infinite for a fixed y.
 fn distances(of: &Interval, y: f64) -> [f64; 2] {
     if of.is_equality() { [f64::INFINITY; 2] } else { [y - of.least, of.most - y] }
 }
 
-/// Where y − x − w/(y − l) + w/(u − y) = 0: by Newton's method, or in the middle of what is left where that leads out of it.
+/// The root of y − x − w/(y − l) + w/(u − y), by Newton's method, with bisection if an iterate leaves the bracket.
 fn between(of: &Interval, x: f64, weight: f64) -> f64 {
     let (mut low, mut high) = (of.least, of.most);
     let mut y = 0.5 * (low + high);
@@ -216,13 +216,13 @@ mod tests {
             for x in [-30.0, -1.0, -1.0 + 1e-9, 0.3, 0.5, 2.0, 2.1, 1e6] {
                 for weight in [1e-18, 1e-7, 0.1, 30.0] {
                     let Some(y) = barrier.settled(i, x, weight) else {
-                        // A weight that rounding loses beside a bound.
+                        // A weight lost to rounding next to a bound.
                         assert!(weight < 1e-12 && !(of.least < x && x < of.most), "{of:?} {x} {weight}");
                         continue;
                     };
                     let [below, above] = distances(of, y);
                     let terms = [y - x, -weight / below, weight / above];
-                    // As exact as y is written, where the terms are steep.
+                    // If the terms are steep, the rounding error of y counts.
                     let steep = 1.0 + weight / (below * below) + weight / (above * above);
                     let rounding = 1e-15 * terms.iter().map(|x| x.abs()).sum::<f64>() + 4e-16 * steep * y.abs();
                     assert!(terms.iter().sum::<f64>().abs() <= 4.0 * rounding, "{of:?} {x} {weight}: {y} {terms:?}");

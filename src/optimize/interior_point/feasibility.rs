@@ -1,4 +1,4 @@
-//! Towards constraints alone, where steps that also look at f come no closer: ½ Σ excess², a problem of its own for the same method.
+//! Feasibility phase: the same method minimises ½ Σ excess² if steps that also take f into account do not reduce the violations.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -8,31 +8,31 @@ use super::super::{Interval, Options, Outcome, Problem, Reason, silent};
 use super::interior_point;
 use crate::Error;
 
-/// So many iterations at a time.
+/// Largest number of iterations of a feasibility phase.
 const ITERATIONS: usize = 100;
-/// ½ Σ excess² is least where beginning again at the end changes it by less than this share; or, where there would have been more of them, the last few
-/// iterations. Nothing is said of ways that are merely slow.
+/// ½ Σ excess² is minimal if a restart at the end changes it by less than this fraction, or, if no iterations are left, if the last `FEW` of them do.
+/// Merely slow convergence proves nothing.
 const FLAT: f64 = 1e-5;
 const FEW: usize = 10;
-/// It begins again with this share of the stationarity: the start is moved away from its bounds again, and would lead to the same end.
+/// Factor of the stationarity tolerance at a restart: the start is moved away from its bounds again, and would lead to the same end.
 const FINER: f64 = 1e-3;
 
-/// What the way towards constraints alone found.
+/// The result of a feasibility phase.
 pub(super) struct Found {
     pub(super) x: Vec<f64>,
-    /// Whether this is the least violation, which is not none.
+    /// True if this is a local minimum of the violation, and not zero.
     pub(super) is_least: bool,
     pub(super) iterations: usize,
     pub(super) step: f64,
 }
 
-/// Goes from x towards constraints, whatever f becomes.
+/// Reduces the violations from x, regardless of f.
 pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> Result<Found, Error> {
     let target = Some(0.5 * options.violation.powi(2));
     let mut options = Options { iterations: ITERATIONS.min(options.iterations), target, stationarity: 1e-7, ..*options };
     let (mut end, mut before, mut iterations) = (x.to_vec(), f64::INFINITY, 0);
     loop {
-        // As `dyn`: the method calls itself here, and with a type of its own each time that could not be compiled.
+        // A trait object: the method calls itself, and a new type for every level of recursion could not be compiled.
         let excess: &mut dyn Problem = &mut Excess::new(problem);
         let Outcome { x: next, history, reason, first_failure, .. } = interior_point(excess, &end, &options, &mut silent)?;
         if let (Reason::NoStart, Some(error)) = (reason, first_failure) {
@@ -60,9 +60,9 @@ pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> R
 struct Excess<'c, 'p> {
     of: &'c mut Counted<'p>,
     excess: Vec<f64>,
-    /// Of the constraints that are violated.
+    /// The Jacobian of the violated constraints.
     jacobian: Option<DMatrix<f64>>,
-    /// What the last gradient was multiplied by.
+    /// The factor of the last gradient.
     factor: f64,
 }
 

@@ -20,60 +20,60 @@ use crate::Error;
 use crate::number::largest;
 use trial::Trial;
 
-/// μ becomes this share of itself where its problem is solved to ten times μ …
+/// Factor by which μ is reduced once its problem is solved to `SOLVED` times μ.
 const LESS: f64 = 0.2;
 const SOLVED: f64 = 10.0;
-/// … and at first as large as the forces on the variables: with less, slacks would be at their bounds before constraints hold.
+/// The first μ relative to the forces on the variables: with a smaller μ, slacks would be at their bounds before constraints hold.
 const FIRST: f64 = 1.0;
-/// Steps that φ falls by this share of what was foreseen are taken.
+/// Steps are accepted if φ decreases by at least this fraction of the prediction.
 const ACCEPTED: f64 = 1e-8;
-/// The radius below which there is nothing to be found.
+/// Length of the shortest step that is tried, in scaled variables.
 const LEAST: f64 = 1e-13;
-/// A step that takes less than this share of their violation brings constraints no closer.
+/// A step that reduces the violation by less than this fraction makes no progress towards the constraints.
 const STUCK: f64 = 1e-9;
-/// Where a start has no value so far inside its bounds, this share of it is tried, until that is as little as this.
+/// If a start moved inside its bounds has no value, it is moved by this fraction of the distance, down to `LEAST_INSIDE`.
 const SHORTER: f64 = 0.1;
 const LEAST_INSIDE: f64 = 1e-9;
 
-/// The point y = (x, s) with all that is known of it.
+/// The point y = (x, s) with its values, derivatives and scales.
 pub(super) struct Method {
-    /// The constraints that count, and those of them that are inequalities.
+    /// The constraints that are not free, and those of them that are inequalities.
     rows: Vec<usize>,
     inequalities: Vec<usize>,
     pub(super) barrier: Barrier,
     y: DVector<f64>,
-    /// Where x began, f and its largest derivative there, and what f falls by along its gradient.
+    /// The first x, f and its largest derivative there, and the decrease of f along its gradient.
     pub(super) start: Vec<f64>,
     first_value: f64,
     first_slope: f64,
     first_fall: f64,
-    /// That, or what f changed by since, if that is less: constraints may have left no way there.
+    /// The smaller of `first_fall` and the change of f so far: constraints may prevent the first decrease.
     fall: f64,
     pub(super) value: f64,
-    /// Of f alone.
+    /// The gradient of f alone.
     gradient: DVector<f64>,
     c: DVector<f64>,
     jacobian: DMatrix<f64>,
-    /// What constraints may be violated by.
+    /// The allowed violation of constraints.
     allowed: f64,
-    /// Of each row, whether it is an inequality that holds and that no variable changes here, such as a bound at the node where a motion starts: it may
-    /// leave no way between bounds that a slack could keep away from.
+    /// For each row, true if it is an inequality that holds and that no variable changes here, such as a bound at the node where a motion starts. Its
+    /// bounds may leave no room for a slack.
     still: Vec<bool>,
-    /// D, and what constraints leave of steps in these units.
+    /// The scales D, and the projection onto the constraints in scaled variables.
     scales: DVector<f64>,
     projection: Rc<Projection>,
-    /// Of C.
+    /// The multipliers of C.
     multipliers: DVector<f64>,
     penalty: f64,
     /// The first μ, and the largest |C| so far.
     first_mu: f64,
     farthest: f64,
-    /// The largest gradient along the constraints so far.
+    /// The largest reduced gradient so far.
     steepest: f64,
 }
 
 impl Method {
-    /// At a start, moved inside its bounds, by less where that leads to no value.
+    /// The method at a start moved inside its bounds, by less if the moved start has no value.
     pub(super) fn new(problem: &mut Counted, start: &[f64], allowed: f64) -> Result<Self, Error> {
         let mut share = INSIDE;
         loop {
@@ -90,7 +90,7 @@ impl Method {
         }
     }
 
-    /// At an x inside its bounds, with slacks as its constraints, moved inside theirs.
+    /// The method at an x inside its bounds, with slacks equal to their constraints and moved inside their bounds.
     pub(super) fn at(problem: &mut Counted, start: &[f64], x: Vec<f64>, allowed: f64) -> Result<Self, Error> {
         let rows: Vec<usize> = (0..problem.intervals.len()).filter(|&j| problem.intervals[j] != Interval::FREE).collect();
         let is_inequality = |j: &usize| !problem.intervals[*j].is_equality();
@@ -124,7 +124,7 @@ impl Method {
             steepest: 0.0,
         };
         let jacobian = problem.jacobian(&method.rows)?;
-        // Asked for last: what products are of.
+        // Computed last, because Hessian products refer to this gradient.
         let gradient = slope(problem)?;
         method.differentiate(problem, (gradient, jacobian));
         method.take_unit(problem)?;
@@ -138,12 +138,12 @@ impl Method {
         Ok(method)
     }
 
-    /// x.
+    /// The variables x.
     pub(super) fn x(&self) -> DVectorView<'_, f64> {
         self.y.rows(0, self.y.len() - self.inequalities.len())
     }
 
-    /// C(y), with the values of c that the problem has at hand.
+    /// C(y), with the values of c at the last evaluated point.
     fn constraints(&self, problem: &Counted, y: &DVector<f64>) -> DVector<f64> {
         let mut slacks = y.iter().skip(problem.bounds.len());
         let differences = self.rows.iter().zip(&self.still).map(|(&j, is_still)| {
@@ -154,18 +154,18 @@ impl Method {
         DVector::from_iterator(self.rows.len(), differences)
     }
 
-    /// ∇f and the Jacobian at the point that was evaluated last.
+    /// ∇f and the Jacobian at the last evaluated point.
     fn derivatives(&self, problem: &mut Counted) -> Result<(Vec<f64>, DMatrix<f64>), Error> {
         Ok((slope(problem)?, problem.jacobian(&self.rows)?))
     }
 
-    /// Takes derivatives, and from them how far from their bounds slacks are.
+    /// Stores derivatives, and computes from them the distances `far` of the slacks.
     fn differentiate(&mut self, problem: &Counted, (gradient, jacobian): (Vec<f64>, DMatrix<f64>)) {
         let n = problem.bounds.len();
         self.gradient.rows_mut(0, n).copy_from_slice(&gradient);
         self.jacobian.columns_mut(0, n).copy_from(&jacobian);
         for (slack, k) in self.slacks(n) {
-            // Also where variables are at their bounds: what a slack has room for does not depend on theirs.
+            // Also for variables at their bounds: the room of a slack does not depend on the room of variables.
             let slopes = self.jacobian.row(k).columns(0, n).into_owned();
             let free = slopes.iter().zip(&self.barrier.bounds).filter(|(_, of)| !of.is_equality());
             let change = free.map(|(slope, _)| *slope).fold(0.0, f64::hypot);
@@ -175,7 +175,7 @@ impl Method {
         }
     }
 
-    /// C, the scales, and what constraints leave.
+    /// Computes C, the scales and the projection.
     fn take_scales(&mut self, problem: &Counted) {
         let n = problem.bounds.len();
         self.scales = self.barrier.scales(self.y.as_slice(), self.barrier.unit).into();
@@ -191,20 +191,20 @@ impl Method {
         self.projection = Rc::new(Projection::new(&self.jacobian, self.scales.as_slice()));
     }
 
-    /// Slacks and their rows, behind n variables.
+    /// The slacks, which follow n variables, and their rows.
     fn slacks(&self, n: usize) -> Vec<(usize, usize)> {
         let rows = (0..self.rows.len()).filter(|&k| self.inequalities.binary_search(&self.rows[k]).is_ok());
         (n..).zip(rows).collect()
     }
 
-    /// The gradient of f + barrier in units of the scales.
+    /// The gradient of f + barrier in scaled variables.
     fn scaled_gradient(&self) -> DVector<f64> {
         let mut gradient = self.gradient.clone();
         self.barrier.add_gradient(self.y.as_slice(), gradient.as_mut_slice());
         gradient.component_mul(&self.scales)
     }
 
-    /// The size of the forces on the variables, in units of their scales; where there are none, of those that moving all of them would make.
+    /// The largest force on a variable, in scaled units; if all are zero, the largest one after all variables have moved by their scales.
     fn forces(&self, problem: &mut Counted) -> Result<f64, Error> {
         let scales = &self.scales;
         let forces = self.gradient.component_mul(scales).amax();
@@ -220,7 +220,7 @@ impl Method {
         self.multipliers = self.projection.multipliers(&self.scaled_gradient());
     }
 
-    /// Takes a penalty that outweighs the multipliers; without forces any will do, but for none.
+    /// Sets a penalty that exceeds the multipliers; without multipliers any positive penalty suffices.
     fn penalise(&mut self) {
         let least = norm(self.multipliers.as_slice());
         if least > 0.0 && !(1.1 * least..=10.0 * least).contains(&self.penalty) {
@@ -247,7 +247,7 @@ impl Method {
         problem.iterate(self.value, stationarity, step)
     }
 
-    /// Makes μ smaller where its problem is solved, but not less than is asked for, nor a smaller share of the first one than |C| is of the largest.
+    /// Reduces μ while its problem is solved, but not below `asked`, nor, relative to the first μ, below |C| relative to its largest value.
     pub(super) fn lower_barrier(&mut self, asked: f64) {
         while self.barrier.mu > 0.0 {
             let forces = (self.scaled_gradient() + self.projection.a.tr_mul(&self.multipliers)).amax();
@@ -261,7 +261,7 @@ impl Method {
         }
     }
 
-    /// Steps within smaller and smaller radii until one is taken: its largest change, and whether nothing was foreseen of it; none if there is none.
+    /// Tries steps within shrinking radii. Returns the largest change, and true if no decrease was predicted; `None` if no step is accepted.
     pub(super) fn advance(&mut self, problem: &mut Counted, radius: &mut f64) -> Result<Option<(f64, bool)>, Error> {
         let (scales, mut gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
         let unit = magnitude(gradient.amax());
@@ -308,19 +308,19 @@ impl Method {
         Ok(None)
     }
 
-    /// Asks for the gradient of the Lagrangian, whose Hessian is wanted.
+    /// Computes the gradient of the Lagrangian, so that products are those of its Hessian.
     fn prepare_products(&self, problem: &mut Counted) -> Result<(), Error> {
         let mut lagrangian = vec![0.0; problem.bounds.len()];
         problem.gradient(1.0, &self.all_multipliers(problem), &mut lagrangian)
     }
 
-    /// Those of a trial, behind which another one may have been evaluated; none where there are none: it is no way then.
+    /// Derivatives at a trial point, which is evaluated again if another one was evaluated since; `None`, if there are none, rejects the trial.
     fn derivatives_at(&self, problem: &mut Counted, y: &DVector<f64>) -> Option<(Vec<f64>, DMatrix<f64>)> {
         let has_value = problem.ensure(&y.as_slice()[..problem.bounds.len()]);
         if has_value { self.derivatives(problem).ok() } else { None }
     }
 
-    /// Goes to the point that was evaluated last.
+    /// Moves to the last evaluated point.
     fn take(&mut self, problem: &Counted, to: Trial, derivatives: (Vec<f64>, DMatrix<f64>)) -> f64 {
         let length = (to.y.rows(0, self.x().len()) - self.x()).amax();
         self.barrier.step(self.y.as_slice(), to.y.as_slice());
@@ -333,7 +333,7 @@ impl Method {
     }
 }
 
-/// ∇f at the point that was evaluated last.
+/// ∇f at the last evaluated point.
 fn slope(problem: &mut Counted) -> Result<Vec<f64>, Error> {
     let mut gradient = vec![0.0; problem.bounds.len()];
     problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut gradient)?;

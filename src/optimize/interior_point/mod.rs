@@ -1,12 +1,12 @@
-//! An interior-point method with trust regions and exact second derivatives (Byrd, Hribar and Nocedal 1999), without bounds and inequalities sequential
-//! quadratic programming by Byrd and Omojokun, without constraints the Newton–CG method of Steihaug.
+//! An interior-point method with trust regions and exact second derivatives (Byrd, Hribar and Nocedal 1999). Without bounds and inequalities it is
+//! sequential quadratic programming by Byrd and Omojokun, without constraints the Newton–CG method of Steihaug.
 //!
 //! ```text
 //!   min f(x) − μ Σ ln(distances of y = (x, s) from bounds)      C(y) = 0: equalities c = l_c, and c − s = 0 of inequalities
 //! ```
 //!
-//! for smaller and smaller μ ([`method`]); steps ([`step`]) are judged where they lead. Where constraints come no closer, they alone are looked at
-//! ([`feasibility`]).
+//! for decreasing μ ([`method`]); steps ([`step`]) are judged at the points to which they lead. If violations do not decrease, they alone are
+//! minimised ([`feasibility`]).
 
 mod barrier;
 mod feasibility;
@@ -18,20 +18,20 @@ use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use method::Method;
 
-/// Constraints come no closer where so many iterations leave this share of a violation, and each the other share of the largest.
+/// Violations do not decrease if this many iterations leave the fraction `SLOW` of them, and each iteration the fraction `ALIKE` of the largest.
 const SLOW_FOR: usize = 20;
 const SLOW: f64 = 0.9;
 const ALIKE: f64 = 0.5;
-/// So many steps of which nothing was foreseen but rounding, and no constraint to come closer, are the last.
+/// The method ends after this many steps with no predicted decrease except rounding error, neither of φ nor of the violation.
 const MOST_IDLE: usize = 10;
-/// Differences of φ below this share of it are rounding.
+/// Differences of φ below this fraction of it are rounding error.
 const ROUNDING: f64 = 1e-14;
 
 /// Minimises f(x) subject to constraints and bounds with exact products of the Hessian ([`Problem::product`]). The Jacobian of the
 /// constraints costs one right-hand side of a backward sweep for each constraint. A start at a bound is moved inside by a hundredth of the
-/// bound or of the distance to the other bound, whichever is smaller; if the bound is 0, the largest variable, or 1, takes its place. It is
-/// moved by less if the problem has no value at the moved start. If the violation does not decrease, up to 100 iterations of a feasibility
-/// phase minimise it regardless of f; they count as iterations, but are neither passed to `watch` nor in the history, except for their end.
+/// bound or of the distance to the other bound, whichever is smaller; if the bound is 0, the largest variable (1 if all are 0) replaces it. The start
+/// is moved by less if the problem has no value at the moved start. If the violation does not decrease, up to 100 iterations of a feasibility
+/// phase minimise it regardless of f; they count as iterations, but only their end is passed to `watch` and stored in the history.
 ///
 /// # Errors
 /// Invalid sizes, bounds or options, or a problem without Hessian products.
@@ -48,13 +48,13 @@ pub fn interior_point(
         let reason = problem.reason(found, iterations.history.len())?;
         let multipliers = method.all_multipliers(problem);
         let (x, value) = (method.x().as_slice().to_vec(), method.value);
-        // What the problem keeps is the motion of the answer.
+        // The problem is left with the motion of the solution.
         problem.ensure(&x);
         Ok(Found { x, value, multipliers, history: iterations.history, reason })
     })
 }
 
-/// Goes on from a point until there is a reason to stop.
+/// Iterates until there is a reason to stop.
 fn iterate(
     counted: &mut Counted,
     method: &mut Method,
@@ -73,7 +73,7 @@ fn iterate(
             return Ok(Reason::Target);
         }
         let is_without_end = iterations.falls() && method.is_far(unit);
-        // Where constraints held on the way, rounding of long steps, whichever way they went, is no violation.
+        // If constraints held before, a violation may be the rounding error of long steps in any direction.
         let reach = if iterations.held(options.violation) { method.x().norm() } else { 0.0 };
         if is_without_end && (feasible || counted.holds_to_rounding(method.x().as_slice(), reach)?) {
             return Ok(Reason::Unbounded);
@@ -92,7 +92,7 @@ fn iterate(
             Some((length, is_idle)) => iterations.go(method.iterate(counted, length), is_idle),
             None if counted.is_stopped() => return Ok(Reason::Interrupted),
             None if feasible => return last_reason(method, counted, iterations, (asked, options.violation)),
-            // No more can be asked for.
+            // A smaller violation cannot be required.
             None if holds_to_rounding(method, counted)? => allowed = last.violation,
             None => {
                 let left = Options { iterations: options.iterations - count, ..*options };
@@ -108,7 +108,7 @@ fn iterate(
                         let is_least = counted.is_least_violated(x.as_slice(), unit)?;
                         return Ok(if is_least { Reason::Infeasible } else { Reason::NoLowerValue });
                     }
-                    // No more can be asked for.
+                    // A smaller violation cannot be required.
                     allowed = counted.violation();
                 }
             }
@@ -116,13 +116,13 @@ fn iterate(
     }
 }
 
-/// Whether constraints hold but for rounding where the method is.
+/// True if the constraints hold at the current point up to rounding.
 fn holds_to_rounding(method: &Method, problem: &mut Counted) -> Result<bool, Error> {
     let x = method.x();
     Ok(problem.ensure(x.as_slice()) && problem.holds_to_rounding(x.as_slice(), 0.0)?)
 }
 
-/// Whether the gradient is as small as was asked for, or, where the value stays as it is, as rounding lets it be seen; and constraints hold as was asked for.
+/// True if the gradient is within the tolerance or, if the value no longer changes, within its rounding error; and if the constraints hold.
 fn is_stationary(method: &Method, problem: &mut Counted, iterations: &Iterations, asked: (f64, f64)) -> Result<bool, Error> {
     let Iterate { stationarity, violation, .. } = iterations.last();
     let is_small =
@@ -130,13 +130,13 @@ fn is_stationary(method: &Method, problem: &mut Counted, iterations: &Iterations
     Ok(is_small && holds(method, problem, violation <= asked.1)?)
 }
 
-/// Whether constraints hold: as was asked for, or to rounding that differences confirm.
+/// True if the constraints hold within the tolerance, or to rounding error that finite differences confirm.
 fn holds(method: &Method, problem: &mut Counted, as_asked: bool) -> Result<bool, Error> {
     let x = method.x();
     Ok(as_asked || problem.ensure(x.as_slice()) && problem.is_rounding(x.as_slice())?)
 }
 
-/// Why there is no further step where constraints hold; multipliers are those of a smaller barrier by now.
+/// The reason to stop at a feasible point without a further step; the multipliers are already those of a smaller barrier.
 fn last_reason(
     method: &Method,
     problem: &mut Counted,
@@ -155,9 +155,9 @@ fn last_reason(
 /// The iterations so far.
 struct Iterations {
     history: Vec<Iterate>,
-    /// The last steps of which nothing was foreseen.
+    /// Number of last steps without a predicted decrease.
     idle: usize,
-    /// Where the method began last.
+    /// The iterate at which the method was last started.
     begin: usize,
 }
 
@@ -180,24 +180,24 @@ impl Iterations {
         self.history.push(at);
     }
 
-    /// Whether constraints held anywhere.
+    /// True if the constraints held at any iterate.
     fn held(&self, allowed: f64) -> bool {
         self.history.iter().any(|of| of.violation <= allowed)
     }
 
-    /// Whether the last step led to a lower value, lower than that of the start.
+    /// True if the last step led to a lower value, which is also lower than that of the start.
     fn falls(&self) -> bool {
         let before = self.history.iter().rev().nth(1);
         before.is_some_and(|before| self.last().value < before.value.min(self.history[0].value))
     }
 
-    /// Whether the last step changed the value by rounding alone.
+    /// True if the last step changed the value only by rounding error.
     fn stays(&self) -> bool {
         let before = self.history.iter().rev().nth(1);
         before.is_some_and(|before| (self.last().value - before.value).abs() <= ROUNDING * self.last().value.abs())
     }
 
-    /// Whether constraints stay violated as they are: near to where they hold, violations come and go.
+    /// True if the violations stagnate; near a feasible point they change from iterate to iterate.
     fn is_slow(&self) -> bool {
         let Some(lately) = self.history[self.begin..].last_chunk::<SLOW_FOR>() else { return false };
         let violations = lately.map(|of| of.violation);

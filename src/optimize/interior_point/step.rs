@@ -13,27 +13,27 @@ use super::super::counted::Counted;
 use super::barrier::{Barrier, TO_BOUND};
 use crate::Error;
 
-/// The share of the radius that the normal step may take.
+/// The fraction of the radius that the normal step may take.
 const OF_NORMAL: f64 = 0.75;
-/// And of the way to bounds: what it reaches holds the step along the constraints.
+/// The fraction of the distance to bounds that the normal step may take: the step along the constraints cannot continue at a bound.
 const NORMAL_TO_BOUND: f64 = 0.8 * TO_BOUND;
-/// How exact conjugate gradients are at least; more so by how much smaller the reduced gradient is than it was, for superlinear convergence.
+/// Largest tolerance of conjugate gradients; it decreases with the reduced gradient relative to its largest value, for superlinear convergence.
 const TOLERANCE: f64 = 0.1;
-/// How far a row of length 1 must be from what others span to say something of its own.
+/// A row of length 1 is independent if its distance from the span of the others exceeds this.
 const OWN: f64 = 1e-11;
-/// The share of a gradient below which what constraints leave of it is rounding.
+/// A projected gradient below this fraction of the gradient is rounding error.
 const ROUNDED: f64 = 1e-12;
-/// The share of a violation that no change takes back where constraints contradict each other.
+/// Constraints contradict each other if the least change leaves more than this fraction of the violation.
 const CONTRADICTS: f64 = 1e-6;
 
-/// The constraints' Jacobian in scaled variables, and Q R = Âᵀ of those rows that say something of their own, brought to length 1.
+/// The Jacobian of the constraints in scaled variables, and Q R = Âᵀ of its independent rows, scaled to length 1.
 ///
-/// By the rows themselves, not by Â Âᵀ: an equality and a slack next to its bound may differ by less than the root of rounding.
+/// The rows are factorised, not Â Âᵀ: an equality and a slack next to its bound may differ by less than the square root of rounding.
 pub(super) struct Projection {
     pub(super) a: DMatrix<f64>,
-    /// One over the lengths of the rows.
+    /// Reciprocal lengths of the rows.
     inverse: DVector<f64>,
-    /// Which row each column of Q R is.
+    /// The row of each column of Q R.
     rows: Vec<usize>,
     q: DMatrix<f64>,
     r: DMatrix<f64>,
@@ -56,22 +56,22 @@ impl Projection {
         Projection { a, inverse, rows: rows.iter().copied().take(rank).collect(), q, r }
     }
 
-    /// How many rows say something of their own.
+    /// The number of independent rows.
     fn rank(&self) -> usize {
         self.rows.len()
     }
 
-    /// The multipliers w for which ĝ + Âᵀw is least.
+    /// The multipliers w that minimise ‖ĝ + Âᵀw‖.
     pub(super) fn multipliers(&self, gradient: &DVector<f64>) -> DVector<f64> {
         let mut w = self.q.tr_mul(gradient);
-        // Its pivots are none of them zero.
+        // None of its pivots is zero.
         let _ = self.r.solve_upper_triangular_mut(&mut w);
         let mut all = DVector::zeros(self.a.nrows());
         self.rows.iter().zip(&w).for_each(|(&j, w)| all[j] = -w * self.inverse[j]);
         all
     }
 
-    /// The least change that makes C + Â n vanish, or least where constraints contradict each other.
+    /// The smallest change n with C + Â n = 0, or with the smallest ‖C + Â n‖ if constraints contradict each other.
     pub(super) fn least_change(&self, c: &DVector<f64>) -> DVector<f64> {
         let mut z = DVector::from_iterator(self.rank(), self.rows.iter().map(|&j| -c[j] * self.inverse[j]));
         let _ = self.r.tr_solve_upper_triangular_mut(&mut z);
@@ -80,7 +80,7 @@ impl Projection {
         if left.norm() <= CONTRADICTS * c.norm() { change } else { self.balanced(change, left) }
     }
 
-    /// A change after which ‖C + Â n‖ itself is least, each constraint counting by its violation, from one that leaves so much: by conjugate gradients.
+    /// The change n that minimises ‖C + Â n‖ with unscaled rows, by conjugate gradients from a change that leaves `left`.
     fn balanced(&self, mut change: DVector<f64>, mut left: DVector<f64>) -> DVector<f64> {
         let mut slope = self.a.tr_mul(&left);
         let (mut d, end) = (-&slope, ROUNDED * self.a.norm() * left.norm());
@@ -98,7 +98,7 @@ impl Projection {
         change
     }
 
-    /// r without its part along the rows of Â; twice, for rounding.
+    /// r without its component along the rows of Â; projected twice because of rounding.
     pub(super) fn project(&self, r: &DVector<f64>) -> DVector<f64> {
         let once = |r: &DVector<f64>| r - &self.q * self.q.tr_mul(r);
         if self.a.nrows() == 0 { r.clone() } else { once(&once(r)) }
@@ -126,26 +126,26 @@ pub(super) fn product(
 /// A step in scaled variables.
 pub(super) struct Step {
     pub(super) p: DVector<f64>,
-    /// What the model of f + barrier falls by.
+    /// Predicted decrease of f + barrier.
     pub(super) model: f64,
-    /// What ‖C + A d‖ falls by.
+    /// Predicted decrease of ‖C + A d‖.
     pub(super) closer: f64,
-    /// How long it is, and whether the radius or a bound ended it.
+    /// Length of the step in scaled variables.
     pub(super) length: f64,
 }
 
-/// What a step was made of: n with Ĥ n, the size of the gradient ĝ + Ĥ n along the constraints, and the conjugate directions d with Ĥ d.
+/// Intermediate results of a step: n with Ĥ n, the size of the gradient ĝ + Ĥ n along the constraints, and the conjugate directions d with Ĥ d.
 pub(super) struct Known {
     normal: [DVector<f64>; 2],
     pub(super) reduced: f64,
     directions: Vec<[DVector<f64>; 2]>,
 }
 
-/// The model, the point y and the scales D.
+/// The quadratic model at the point y with the scales D.
 pub(super) struct Model<'a> {
-    /// What ĝ, and Ĥ alike, are in units of here, a power of two: squares of them may be beyond the range of numbers.
+    /// The unit of ĝ and Ĥ in the model, a power of two: their squares may overflow or underflow.
     pub(super) unit: f64,
-    /// ĝ and products in these units.
+    /// ĝ in this unit, which products have, too.
     pub(super) gradient: &'a DVector<f64>,
     pub(super) c: &'a DVector<f64>,
     pub(super) projection: &'a Projection,
@@ -157,7 +157,7 @@ pub(super) struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// The step within a radius, with products of Ĥ in the units of the model.
+    /// The step within a radius, with products of Ĥ in the unit of the model.
     pub(super) fn step(&self, radius: f64, product: Product<'_>) -> Result<(Step, Known), Error> {
         let n = self.normal(OF_NORMAL * radius);
         let of_n = if n.amax() > 0.0 { product(&n)? } else { DVector::zeros(n.len()) };
@@ -166,7 +166,7 @@ impl Model<'_> {
         Ok((self.complete(&known.normal, t), known))
     }
 
-    /// A step within a smaller radius out of what is known: a shorter n, and the best t of the same directions, which are conjugate.
+    /// A step within a smaller radius without further products: a shorter n, and the best t in the same directions, which are conjugate.
     pub(super) fn shorter(&self, radius: f64, known: &Known) -> Step {
         let share = (OF_NORMAL * radius / known.normal[0].norm()).min(1.0);
         let normal = known.normal.each_ref().map(|x| x * share);
@@ -203,7 +203,7 @@ impl Model<'_> {
         let slope = a.tr_mul(self.c);
         let ahead = (a * &slope).norm_squared();
         let cauchy = if ahead > 0.0 { &slope * -(slope.norm_squared() / ahead) } else { slope };
-        // Rounding may spoil the first where rows are nearly the same.
+        // Rounding may spoil the Newton step if rows are nearly equal.
         let left = |n: &DVector<f64>| (self.c + a * n).norm();
         if left(&newton) > left(&cauchy) {
             newton.copy_from(&cauchy);
@@ -222,13 +222,13 @@ impl Model<'_> {
         n * most
     }
 
-    /// How much of a step behind another one goes no farther than a share of the way to bounds.
+    /// The largest factor ≤ 1 with which a step after `before` covers at most a fraction of the distance to the bounds.
     fn most(&self, share: f64, before: &DVector<f64>, step: &DVector<f64>) -> f64 {
         let (before, step) = (before.component_mul(self.scales), step.component_mul(self.scales));
         self.barrier.most(share, self.y.as_slice(), before.as_slice(), step.as_slice())
     }
 
-    /// t, and Ĥ t.
+    /// t and Ĥ t.
     fn tangential(
         &self,
         Known { normal: [n, of_n], reduced, directions }: &mut Known,
@@ -243,7 +243,7 @@ impl Model<'_> {
         *reduced = self.unit * rv.max(0.0).sqrt();
         let exact = TOLERANCE.min(*reduced / self.steepest.max(*reduced));
         let end = (rv * exact * exact).max(ROUNDED * ROUNDED * r.norm_squared());
-        // The last point that keeps away from bounds, and where it went from there.
+        // The last point at a sufficient distance from bounds, and the step from there.
         let mut inside: Option<[DVector<f64>; 4]> = None;
         for _ in 0..(n.len() + 1).saturating_sub(self.projection.rank()) {
             if rv <= end || rv <= 0.0 {
@@ -269,7 +269,7 @@ impl Model<'_> {
                 break;
             }
             v = self.projection.project(&r);
-            // r is as good as its projection, which keeps what is left of rounding small.
+            // r may be replaced by its projection, which reduces the remaining rounding error.
             r.copy_from(&v);
             let next = r.dot(&v);
             d = &d * (next / rv) - &v;

@@ -1,4 +1,4 @@
-//! Why a descent ended: at a minimum, as far as rounding lets it be seen, or on a way that falls without end.
+//! Reasons for the end of a descent: a minimum, up to rounding, or a value that decreases without bound.
 
 use super::super::Reason;
 use super::super::counted::Counted;
@@ -7,16 +7,16 @@ use super::super::outcome::largest_change;
 use super::{Descent, Merit, ROUNDING, add};
 use crate::number::{dot, largest};
 
-/// How far ahead, in parts of the variables, curvature is looked for where nothing lower was found.
+/// Distance ahead, relative to the variables, at which curvature is measured if no lower value was found.
 const AHEAD: f64 = 1e-6;
-/// A gradient above this share of the mean slope of the way, on which the value fell by this share of it at least, has not become small.
+/// A gradient above this fraction of the mean slope so far has not become small, if the value decreased by more than the fraction `FALLEN` of itself.
 const STEEP: f64 = 0.1;
 const FALLEN: f64 = 0.5;
-/// Where rounding of x is this share of what was a length at the start, gradients may be rounding.
+/// If the rounding error of x exceeds this fraction of the length scale at the start, gradients may be rounding error.
 const NOTICED: f64 = 1e-3;
 
 impl Descent<'_> {
-    /// Why it ended, where constraints hold: far away, without a minimum on the way, that the value falls without end. The problem may be left elsewhere.
+    /// The reason at a feasible point: unbounded, if x is far away without a minimum. The problem may be left at another point.
     pub(in super::super) fn or_unbounded(
         &self,
         problem: &mut Counted,
@@ -24,7 +24,7 @@ impl Descent<'_> {
         (reason, tolerance): (Reason, f64),
     ) -> Reason {
         let (rounding, size) = (f64::EPSILON * largest_change(&self.at.x, &self.start), largest(&self.start));
-        // In units of what is a length at the start: the largest variable, or 1.
+        // In units of the length scale at the start: the largest variable, or 1.
         let far = if size > 0.0 { rounding / size } else { rounding };
         let last = self.history[self.history.len() - 1].stationarity;
         let is_end = match reason {
@@ -41,7 +41,7 @@ impl Descent<'_> {
         }
     }
 
-    /// The larger gradient of here and of where rounding of the largest variable may lead.
+    /// The larger of the gradients here and at a distance of the rounding error of the largest variable.
     fn steepest_nearby(&self, problem: &mut Counted, merit: &mut dyn Merit) -> f64 {
         let (mut x, mut gradient) = (self.at.x.clone(), vec![0.0; self.at.x.len()]);
         if let Some(x) = x.iter_mut().max_by(|a, b| a.abs().total_cmp(&b.abs())) {
@@ -53,20 +53,20 @@ impl Descent<'_> {
         nearby.max(problem.stationarity(&self.at.x, &self.at.gradient))
     }
 
-    /// Whether the value is mostly what it fell by, and such a gradient is still as large as on the way: rounding hides what follows then, but no minimum.
+    /// True if the value is mostly its decrease so far, and the gradient is as large as before: rounding may hide further decreases, but no minimum.
     pub(super) fn still_falls(&self, gradient: f64) -> bool {
         let value = self.history[self.history.len() - 1].value;
         let fall = self.history[0].value - value;
         fall > FALLEN * value.abs() && gradient * largest_change(&self.at.x, &self.start) > STEEP * fall
     }
 
-    /// Whether a parabola on the way down would fall by no more than rounding of the value, below which a line search sees nothing: not so at a kink or
-    /// a wall. The problem is left elsewhere.
+    /// True if a parabola along the direction would decrease by no more than the rounding error of the value, which a line search cannot detect;
+    /// false at a kink or a wall. The problem is left at another point.
     pub(super) fn is_flat(&self, problem: &mut Counted, merit: &mut dyn Merit) -> bool {
         let Point { x, value, gradient } = &self.at;
         let direction = self.direction(problem);
         let length = largest(&direction).max(f64::MIN_POSITIVE);
-        // How far it is to the origin, or how far the steps here were; at the origin itself, as far as the first one was tried.
+        // The distance to the origin or the largest step so far; at the origin itself, the first trial step.
         let reach = self.history.iter().fold(largest(x), |reach, it| reach.max(it.step));
         let alpha = AHEAD * if reach > 0.0 { reach / length } else { self.first(&direction, None) };
         let mut ahead = x.clone();

@@ -1,9 +1,9 @@
-//! What segments can do with: sums, states, variables.
+//! Validation of the sums, states and variables for multiple shooting.
 
 use super::super::free::{Free, Quantity};
 use crate::{EndState, Error, Inputs, Mechanics, Sum, System};
 
-/// Whether all segments add to each output: it is a sum over nodes or time.
+/// For each output, true if all segments contribute to it, because it is a sum over nodes or time.
 pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
     let refuse = |name: &str, why| Err(Error::NotInSegments { what: format!("`{name}`"), why });
     if let Some((_, name)) = system.sums(0).find(|(sum, _)| *sum == Sum::Terminal) {
@@ -30,7 +30,7 @@ pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
     Ok(all)
 }
 
-/// Refuses states that leave open how a segment begins.
+/// Rejects states that do not determine the start of a segment.
 fn check_states(system: &System, inputs: &Inputs, states: &[EndState]) -> Result<(), Error> {
     for (k, state) in states.iter().enumerate() {
         let q = state.coordinate;
@@ -45,17 +45,17 @@ fn check_states(system: &System, inputs: &Inputs, states: &[EndState]) -> Result
     let fewest = system.n().saturating_sub(system.m());
     let freedoms = match system.loop_equations() {
         [] => fewest,
-        // Of constraints that depend on each other not all take a freedom. A start that cannot be assembled is told of when it is evaluated.
+        // Not every dependent constraint removes a degree of freedom. A start that cannot be assembled is reported when it is evaluated.
         _ => Mechanics::at_start(system, inputs).map_or(fewest, |at| at.degrees_of_freedom()),
     };
     if states.len() < freedoms {
-        let (what, value) = ("the number of states at the end".to_string(), states.len() as f64);
-        return Err(Error::Parameter { what, value, must_be: "the number of degrees of freedom (`Scene::end_state`)" });
+        let (what, value) = ("the number of end states (`Scene::end_state`)".to_string(), states.len() as f64);
+        return Err(Error::Parameter { what, value, must_be: "at least the number of degrees of freedom" });
     }
     Ok(())
 }
 
-/// Refuses what segments cannot do with.
+/// Rejects features that segments do not support.
 pub(super) fn check(
     system: &System,
     inputs: &Inputs,

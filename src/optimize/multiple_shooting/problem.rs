@@ -1,4 +1,4 @@
-//! [`MultipleShooting`] as a [`Problem`]: values and derivatives of all segments, joined.
+//! [`MultipleShooting`] as a [`Problem`]: values and derivatives assembled from all segments.
 
 use nalgebra::DMatrix;
 use std::collections::HashMap;
@@ -30,7 +30,7 @@ impl Problem for MultipleShooting<'_> {
     fn constraint_name(&self, j: usize) -> String {
         match j.checked_sub(self.running.len()) {
             None => self.segments[0].motion.constraint_name(j),
-            Some(joint) => format!("the joint at `{}`", self.names[self.whole.len() + joint]),
+            Some(joint) => format!("the continuity of `{}`", self.names[self.whole.len() + joint]),
         }
     }
 
@@ -52,7 +52,7 @@ impl Problem for MultipleShooting<'_> {
             self.rows(k).for_each(|output| c[output] += found[output]);
             self.joints(k).for_each(|(row, output, start)| c[row] = found[output] - x[start]);
         }
-        // Only now: where one segment has no value, the others' points do not stay either.
+        // After all segments succeeded, so that none keeps a point at which another one has no value.
         self.segments.iter_mut().for_each(|segment| segment.motion.settle());
         (self.inputs, self.x) = (whole, x.to_vec());
         Ok(sum + (0..self.running.len()).filter(|&k| self.minimised[k]).map(|k| c[k]).sum::<f64>())
@@ -138,13 +138,13 @@ impl Problem for MultipleShooting<'_> {
     }
 }
 
-/// The place of each row of a Jacobian.
+/// The position of each row in a Jacobian.
 fn places(rows: &[usize]) -> HashMap<usize, usize> {
     rows.iter().enumerate().map(|(k, &row)| (row, k)).collect()
 }
 
 impl MultipleShooting<'_> {
-    /// The outputs of a segment that count in rows with these places, each with its place.
+    /// The outputs of a segment that contribute to rows with these positions, each with its position.
     fn outputs_in(&self, segment: usize, places: &HashMap<usize, usize>) -> Vec<(usize, usize)> {
         let joints = self.joints(segment).map(|(row, output, _)| (row, output));
         let all = self.rows(segment).map(|output| (output, output)).chain(joints);

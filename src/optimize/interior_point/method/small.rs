@@ -1,4 +1,4 @@
-//! What is small, in any units: gradients beside those of f, and μ and distances from bounds by what f changes by.
+//! Scale-independent criteria for small gradients (relative to those of f), and for small μ and small distances from bounds (by changes of f).
 
 use nalgebra::DVector;
 
@@ -9,63 +9,63 @@ use super::Method;
 use crate::Error;
 use crate::number::largest;
 
-/// μ is small where it is this share of what f changes by where gradients are small.
+/// μ is small if it is this fraction of the change of f that corresponds to a small gradient.
 const GAP: f64 = 0.1;
-/// Variables that go farther than so many units may go on without end, and nothing is small beside where they are.
+/// Largest length, in units: variables beyond it may grow without bound, and every length is small relative to them.
 const FARTHEST: f64 = 1e3;
-/// The share of the terms of a gradient that may be rounding.
+/// Rounding error of a gradient, relative to its terms.
 const ROUNDED: f64 = 1e-13;
 
 impl Method {
-    /// Entries of variables, 0 for what is fixed.
+    /// The entries of variables; 0 for fixed variables.
     pub(super) fn moving(&self, of: &[f64]) -> Vec<f64> {
         let entries = self.barrier.bounds.iter().zip(of).take(self.start.len());
         entries.map(|(bound, x)| if bound.is_equality() { 0.0 } else { *x }).collect()
     }
 
-    /// What the gradient of the Lagrangian is small against: f's own by what is not fixed. Multipliers may be of any size where constraints leave no room.
+    /// Reference for small gradients of the Lagrangian: the gradient of f by the free variables. Without room, multipliers may be of any size.
     pub(in super::super) fn scale(&self) -> f64 {
         largest(&self.moving(self.gradient.as_slice()))
     }
 
-    /// What f changes by as a variable goes from zero or from the start to where it is, or fell by at the start.
+    /// The change of f as a variable moves from zero, or from the start, to its current value; at least the decrease at the start.
     fn change(&self) -> f64 {
         let sizes = self.y.iter().zip(&self.start).map(|(x, start)| x.abs().max((x - start).abs()));
         let changes = self.moving(self.gradient.as_slice()).into_iter().zip(sizes).map(|(g, size)| g.abs() * size);
         changes.fold(self.fall, f64::max)
     }
 
-    /// The length by which a gradient changes f.
+    /// The length scale on which f changes: a change of f divided by its gradient.
     pub(super) fn length(&self) -> f64 {
         let length = self.change() / self.scale().max(self.first_slope);
         if length > 0.0 { length.min(FARTHEST * self.barrier.unit) } else { self.barrier.unit }
     }
 
-    /// The μ that is small where such a gradient is: f may be above its least by μ for each bound that holds something.
+    /// The μ that corresponds to a small gradient: f may exceed its minimum by μ for each active bound.
     pub(in super::super) fn small_mu(&self, gradient: f64) -> f64 {
         GAP * gradient * self.length()
     }
 
-    /// Whether a gradient of the Lagrangian is as small as was asked for, and the barrier's part of it, too.
+    /// True if the gradient of the Lagrangian, and the contribution of the barrier to it, are within the tolerance.
     pub(in super::super) fn is_small(&self, stationarity: f64, asked: f64) -> bool {
         stationarity <= asked && self.barrier.mu <= self.small_mu(asked)
     }
 
-    /// Whether x is so far from the start that such a length there is rounding.
+    /// True if x is so far from the start that `length` is below its rounding error.
     pub(in super::super) fn is_far(&self, length: f64) -> bool {
-        // Where it begins at a minimum, but for rounding, the unit is rounding, too.
+        // If the start is a minimum up to rounding, the unit is rounding error, too.
         let size = largest(&self.start);
         let length = length.max(if size > 0.0 { size } else { 1.0 });
         f64::EPSILON * largest_change(self.x().as_slice(), &self.start) > length
     }
 
-    /// Whether a gradient of the Lagrangian, in units of the scales, is as small as rounding of its terms lets it be seen; slopes must be those of
-    /// differences, since beside a fold they are of any size.
+    /// True if the gradient of the Lagrangian, in scaled units, is below the rounding error of its terms. Finite differences must confirm its slopes,
+    /// which are arbitrarily large near a fold.
     pub(in super::super) fn is_rounding(&self, problem: &mut Counted, stationarity: f64) -> Result<bool, Error> {
         Ok(stationarity <= self.rounding(problem)? && self.confirms(problem))
     }
 
-    /// What rounding of its terms, and of the variables, which moves it by H y, may leave of the gradient of the Lagrangian, in units of the scales.
+    /// Rounding error of the gradient of the Lagrangian, in scaled units: that of its terms, and that of the variables, which change it by H y.
     fn rounding(&self, problem: &mut Counted) -> Result<f64, Error> {
         problem.ensure(self.x().as_slice());
         self.prepare_products(problem)?;
@@ -78,7 +78,7 @@ impl Method {
         Ok(ROUNDED * terms.iter().zip(shares).fold(0.0, |most: f64, (x, share)| most.max(x * share)))
     }
 
-    /// Whether differences confirm the slopes of what the Lagrangian changes by most.
+    /// True if finite differences confirm the slopes of the term by which the Lagrangian changes most.
     fn confirms(&self, problem: &mut Counted) -> bool {
         let (x, n) = (self.x(), self.x().len());
         let size = |slopes: &[f64], weight: f64| -> f64 {

@@ -1,7 +1,7 @@
-//! [`Trial`]: where a step leads, judged by φ = f + barrier + ν ‖C‖.
+//! [`Trial`]: the point to which a step leads, judged by φ = f + barrier + ν ‖C‖.
 //!
-//! Slacks are no business of the simulation: they go to where φ is least for the constraints that it found. What constraints bent away on the way is
-//! taken back by further least changes, as long as that is half of it each time: else steps along a curved manifold would be as short as its curves.
+//! Slacks do not enter the simulation: they are set to the minimum of φ for the computed constraints. Further least changes correct for the curvature
+//! of the constraints, as long as each of them halves the violation; otherwise steps along a curved manifold would have to be short.
 
 use nalgebra::DVector;
 
@@ -11,17 +11,17 @@ use super::super::barrier::TO_BOUND;
 use super::super::step::{Projection, Step};
 use super::{ACCEPTED, Method};
 
-/// What constraints come closer must count for this share of what φ falls by.
+/// The predicted decrease of φ must be at least this fraction of that of ν ‖C‖.
 const SHARE: f64 = 0.3;
-/// So many times at most what constraints bent away is taken back …
+/// Largest number of corrections for the curvature of the constraints.
 const CORRECTIONS: usize = 3;
-/// … and only while this share of it, or less, is left.
+/// Corrections end if one of them leaves more than this fraction of the violation.
 const TAKEN_BACK: f64 = 0.5;
-/// So many times at most slacks are moved, and no more where that changed ‖C‖ by this share.
+/// Largest number of times that slacks are moved; they are not moved again if ‖C‖ changed by at most the fraction `SETTLED`.
 const MOVES: usize = 10;
 const SETTLED: f64 = 0.1;
 
-/// Where a step led.
+/// The point to which a step led.
 pub(super) struct Trial {
     pub(super) y: DVector<f64>,
     pub(super) value: f64,
@@ -33,7 +33,7 @@ impl Method {
         value + self.barrier.value(y.as_slice()) + self.penalty * c.norm()
     }
 
-    /// What φ should fall by; ν grows until what constraints come closer counts enough.
+    /// The predicted decrease of φ. ν is increased until the decrease of the violation is a sufficient part of it.
     pub(super) fn weigh(&mut self, step: &Step) -> f64 {
         if step.closer > 0.0 && step.model + self.penalty * step.closer < SHARE * self.penalty * step.closer {
             self.penalty = -step.model / ((1.0 - SHARE) * step.closer);
@@ -41,8 +41,8 @@ impl Method {
         step.model + self.penalty * step.closer.max(0.0)
     }
 
-    /// Where a step leads, or where it leads when what constraints bent away meanwhile is taken back, if that is better; and what φ fell by, in parts of
-    /// what was foreseen.
+    /// The trial of a step or, if it is better, of the step corrected for the curvature of the constraints; and the decrease of φ relative to the
+    /// prediction.
     pub(super) fn better_trial(
         &self,
         problem: &mut Counted,
@@ -57,7 +57,7 @@ impl Method {
                 break;
             }
             p += projection.least_change(&c);
-            // Slacks find their place themselves.
+            // Slacks are set to their values afterwards.
             let mut d = p.component_mul(scales);
             d.rows_mut(n, p.len() - n).fill(0.0);
             if self.barrier.most(TO_BOUND, self.y.as_slice(), &vec![0.0; d.len()], d.as_slice()) < 1.0 {
@@ -84,8 +84,8 @@ impl Method {
         Trial { c, y, value }
     }
 
-    /// Moves slacks to where φ is least, and gives C: each to where −μ ln(its distances) + ν (c − s)²/2N is least, N = ‖C‖ before, which φ falls by for
-    /// any N, until N is what it was.
+    /// Moves each slack to the minimum of −μ ln(its distances) + ν (c − s)²/2N with the previous N = ‖C‖, which decreases φ for any N, until N no
+    /// longer changes. Returns C.
     fn settle(&self, problem: &Counted, y: &mut DVector<f64>) -> DVector<f64> {
         let mut c = self.constraints(problem, y);
         for _ in 0..MOVES {
@@ -107,13 +107,13 @@ impl Method {
         c
     }
 
-    /// What φ fell by, in parts of what was foreseen.
+    /// The decrease of φ relative to the prediction.
     fn ratio(&self, to: &Trial, here: f64, foreseen: f64) -> f64 {
         let fallen = here - self.merit(to.value, &to.y, &to.c);
         let rounding = ROUNDING * here.abs();
         match foreseen <= rounding {
             true if fallen.abs() <= rounding => 1.0,
-            // Down is not where it was foreseen to go up.
+            // A decrease is not accepted where an increase was predicted.
             _ if foreseen <= 0.0 => f64::NEG_INFINITY,
             _ => fallen / foreseen,
         }

@@ -1,4 +1,4 @@
-//! The unit of variables: how far it is to where f is least along its gradient, as far as bounds and constraints leave a way there.
+//! The unit of variables: the distance to the minimum of f along its gradient, as far as bounds and constraints permit.
 
 use nalgebra::DVector;
 
@@ -8,22 +8,22 @@ use super::Method;
 use crate::Error;
 use crate::number::{dot, largest};
 
-/// A gradient that changes by less than this share of it where variables change by their size may change by rounding alone, as of differences.
+/// A gradient that changes by less than this fraction when variables change by their size may change by rounding alone, as of differences.
 const STRAIGHT: f64 = 1e-10;
-/// So many times at most the way goes on along what it met …
+/// Largest number of continuations of the path along the bounds and constraints that it met.
 const TURNS: usize = 5;
-/// … while more than this share of the gradient is left there.
+/// The path continues only if more than this fraction of the gradient is left.
 const LEFT: f64 = 1e-10;
 
 impl Method {
-    /// Takes as the unit of variables the step against the gradient, asked for last, to where f is least; where f is straight, their size at the start, or 1.
+    /// Sets the unit of variables to the step to the minimum of f against the last gradient; if f is straight, to their size at the start, or 1.
     pub(super) fn take_unit(&mut self, problem: &mut Counted) -> Result<(), Error> {
         let gradient = self.moving(self.gradient.as_slice());
         let (step, square) = self.parabola(problem, &gradient)?;
         let (slope, known) = (largest(&gradient), largest(&self.moving(&self.start)));
         let unit = if step > 0.0 { step * slope } else { self.size() };
         (self.barrier.unit, self.first_slope, self.first_fall) = (unit, slope, 0.5 * step * slope * slope * square);
-        // No way is shorter than the variables are, as far as that is known.
+        // The path is at least as long as the variables are large, if that is known.
         if slope > 0.0 && unit > known {
             let way = self.way(problem, gradient)?.max(known);
             if way > 0.0 && way < unit {
@@ -34,9 +34,9 @@ impl Method {
         Ok(())
     }
 
-    /// How many times a direction it is to where f is least along it, 0 where f is straight; and the square of the direction in units of its largest entry.
+    /// The factor of a direction at the minimum of f, 0 if f is straight; and the square of the direction in units of its largest entry.
     fn parabola(&self, problem: &mut Counted, direction: &[f64]) -> Result<(f64, f64), Error> {
-        // Its largest entry may be of any size.
+        // The largest entry may be of any magnitude.
         let largest = largest(direction);
         let unit: Vec<f64> = direction.iter().map(|d| if largest > 0.0 { d / largest } else { 0.0 }).collect();
         let mut product = vec![0.0; unit.len()];
@@ -53,7 +53,7 @@ impl Method {
         if size > 0.0 { size } else { 1.0 }
     }
 
-    /// The largest change of a variable on a way down, from bound to bound, that equalities hold on.
+    /// The largest change of a variable on a path of descent from bound to bound on which equalities hold.
     fn way(&self, problem: &mut Counted, mut d: Vec<f64>) -> Result<f64, Error> {
         let (n, mut way) = (d.len(), 0.0f64);
         let slacks = self.slacks(n);
@@ -82,7 +82,7 @@ impl Method {
         Ok(way)
     }
 
-    /// Holds what meets a bound on a step d of the variables: the largest change until it did, 0 if nothing does.
+    /// Fixes variables and slacks that meet a bound on a step d of the variables. Returns the largest change up to there; 0 if none meets a bound.
     fn meet(&self, d: &[f64], moves: &mut [f64], held: &mut Vec<usize>) -> f64 {
         let (n, mut most) = (d.len(), 0.0f64);
         for (i, d) in d.iter().enumerate() {
