@@ -7,7 +7,7 @@
 //! ```
 //!
 //! `N` is the number of coordinates of the element (not of the scene), `M` of its constraint equations, `K` of its control channels, `P` of
-//! its physical constants `b`. A constant is a number or bound to a design variable of the scene. Write every mass, length or stiffness as
+//! its physical constants `b`. A constant is either a number or depends on design variables of the scene. Write every mass, length or stiffness as
 //! an entry of `b`, so that each of them can become a design variable later.
 //!
 //! The number types `S` are listed at [`Scalar`]. When the scene is compiled, the library detects on which arguments a formula does not

@@ -243,7 +243,7 @@ impl Param {
         }
     }
 
-    /// Inserts gravity; refers to design variables and expressions by index among the compiled system's values (of a node: `place`).
+    /// Inserts gravity, and the indices of design variables and expressions (by `place`) among the values of a compiled system.
     pub(crate) fn resolve(self, gravity: &[Param; 3], place: &mut dyn FnMut(Node) -> usize) -> Self {
         match self.of {
             Source::Gravity(axis) => gravity[axis].scaled(self.factor).resolve(&[Param::from(0.0); 3], place),

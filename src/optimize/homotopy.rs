@@ -20,7 +20,7 @@ const VIOLATION: f64 = 1e-5;
 /// previous solution. If a problem is not solved, s increases by less. The iteration limit applies to each problem.
 ///
 /// `set` changes the quantity that makes the problem hard, such as the final time, a weight or a force. Counts and history cover all
-/// problems; the rest of the outcome is that of the last solved problem, with s < 1 if s = 1 was not reached. `set` is last called with the
+/// problems; the rest of the outcome is that of the last problem, with s < 1 if s = 1 was not reached. `set` is last called with the
 /// s that was reached.
 ///
 /// # Errors

@@ -8,7 +8,7 @@
 //! |---|---|
 //! | [`interior_point`](interior_point()) | many variables, bounds, equalities and inequalities, with exact products of the Hessian |
 //! | [`homotopy`](homotopy()) | problems that `interior_point` does not solve directly, by a sequence of easier problems |
-//! | [`MultipleShooting`] | motions whose end is too sensitive to their beginning, in segments with own states: a problem for the methods above |
+//! | [`MultipleShooting`] | motions whose end is too sensitive to their beginning: divided into segments, as a problem for the methods above |
 //! | [`levenberg_marquardt`] | sums of squares of residuals c(x), with fewer or more residuals than variables |
 //! | [`lbfgs`](lbfgs()) | many variables and bounds, with gradients alone |
 //! | [`augmented_lagrangian`](augmented_lagrangian()) | many variables, bounds and constraints, with gradients alone |

@@ -17,7 +17,7 @@ pub struct MotionProblem<'s> {
     pub solver: Solver<'s>,
     variables: Variables,
     constraints: Vec<Interval>,
-    /// The point of construction, of the last change, or of the last successful evaluation.
+    /// The point given at construction, that of the last change, or of the last successful evaluation.
     known: Point,
     /// The point evaluated last, with or without a value: that of the solver.
     tried: Point,

@@ -89,7 +89,7 @@ impl<'s> MultipleShooting<'s> {
         let running = accepted::running_outputs(system)?;
         accepted::check(system, &inputs, &free, states, segments)?;
         let of_macro_steps: Vec<usize> = inputs.grid.macro_ends().collect();
-        // The first cuts are after this many macro steps, in the order of the segments; remaining steps belong to the last segment.
+        // Cut k is after k/segments of the macro steps, rounded down, so that cuts are in order; remaining steps belong to the last segment.
         let cut = |k: usize| (k * of_macro_steps.len() / segments).checked_sub(1).map_or(0, |last| of_macro_steps[last]);
         let ends = (0..segments).map(|k| (cut(k), if k + 1 < segments { cut(k + 1) } else { inputs.grid.steps.len() }));
         let mut next = whole.len();

@@ -157,7 +157,7 @@ pub struct Outcome {
     pub reason: Reason,
     /// Number of iterations, including those of a feasibility phase, which are not in the history.
     pub iterations: usize,
-    /// Number of evaluations: simulations.
+    /// Number of evaluations (simulations).
     pub evaluations: usize,
     /// Number of gradients and columns of Jacobians: one right-hand side each.
     pub gradients: usize,
@@ -172,7 +172,7 @@ pub struct Outcome {
     pub halved: usize,
     /// Number of points without a value or derivatives.
     pub failures: usize,
-    /// Error of the first such point, or the error behind [`Reason::NoDerivative`] or [`Reason::NoStart`].
+    /// Error of the first such point, or the error that caused [`Reason::NoDerivative`] or [`Reason::NoStart`].
     pub first_failure: Option<Error>,
 }
 

@@ -101,8 +101,8 @@ impl<'s> Solver<'s> {
     }
 
     /// The same inputs on an adaptive grid, on which the estimated error of every step is below the tolerance. The tolerance is absolute,
-    /// in m or rad, or relative for coordinates and velocities larger than 1. An error of a velocity counts as the error of the coordinate
-    /// that it causes in the step.
+    /// in m or rad, or relative for coordinates and velocities larger than 1. An error of a velocity is measured by the change of the
+    /// coordinate that it causes within the step.
     ///
     /// The given grid determines the beginning and end of the motion and the kinks of controls; its nodes are kept, and controls remain the same
     /// functions of time. Schemes of even order need two simulations. The first determines step lengths from the error estimates alone. The

@@ -4,13 +4,13 @@ use super::Solver;
 use crate::model::element::Sum;
 use crate::system::Depends;
 
-/// Work of evaluating one cost, in unknowns of a stage that is solved.
+/// Work of evaluating one cost; solving a stage is one unit of work per unknown.
 const COST: usize = 10;
-/// Work of computing the accelerations at one node, in solved stages.
+/// Work of computing the accelerations at one node, relative to that of solving a stage.
 const ACCELERATIONS: usize = 6;
 
 impl Solver<'_> {
-    /// The work, in unknowns of solved stages, by rows (a backward sweep for each of the given outputs of the last motion) and by columns (a
+    /// The work, in the unit of `COST`, by rows (a backward sweep for each of the given outputs of the last motion) and by columns (a
     /// push-forward for each of `variables` variables).
     pub(crate) fn jacobian_work(&self, outputs: &[usize], variables: usize) -> [usize; 2] {
         let (system, motion) = (self.system, &self.forward.motion);

@@ -76,7 +76,7 @@ impl Param {
             match reader.next() {
                 None => return Ok(result),
                 Some(';') => reader.at += 1,
-                Some(other) => return Err(reader.wrong(&format!("`{other}`  found where the formula should end"))),
+                Some(other) => return Err(reader.wrong(&format!("`{other}` found where the formula should end"))),
             }
             reader.parts.push(result);
         }
@@ -108,7 +108,7 @@ fn deepest(text: &str) -> usize {
     depths.max().unwrap_or(0)
 }
 
-/// The operator of lowest precedence in a text, in order of precedence.
+/// Precedence of the outermost operator of a text, in increasing order.
 #[derive(Clone, Copy, PartialEq, PartialOrd)]
 enum Binding {
     Sum,

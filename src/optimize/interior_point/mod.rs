@@ -18,7 +18,7 @@ use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use method::Method;
 
-/// Violations do not decrease if this many iterations leave the fraction `SLOW` of them, and each iteration the fraction `ALIKE` of the largest.
+/// Violations do not decrease if, over this many iterations, all exceed the fraction `SLOW` of the first and `ALIKE` of the largest.
 const SLOW_FOR: usize = 20;
 const SLOW: f64 = 0.9;
 const ALIKE: f64 = 0.5;

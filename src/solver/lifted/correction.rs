@@ -3,7 +3,7 @@
 use crate::node::NOISE;
 use crate::number::Real;
 
-/// Corrections below the first number, not halved by the second number of further ones, are also rounding error, of a nearly singular matrix.
+/// Corrections below the first number that the second number of further ones has not halved are also rounding error (nearly singular matrix).
 ///
 /// With a wrong matrix, or in a slow projection, every correction shrinks, even if slowly, or corrections grow from the first one on.
 const LOST: (f64, usize) = (1e-5, 4);

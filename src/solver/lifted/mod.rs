@@ -89,7 +89,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![R::zero(); len];
         let node = Trajectory::<R>::len_of_node(n, m) * settings.scheme.stages() + 1 + system.k();
-        memory::check("the lifted motion", real.inputs().grid.nodes(), node * size_of::<R>())?;
+        memory::check("the motion in complex or dual numbers", real.inputs().grid.nodes(), node * size_of::<R>())?;
         let mut trajectory = Trajectory::zeros(system, real.inputs().grid.nodes(), settings.scheme);
         trajectory.compliance.clone_from(&real.trajectory().compliance);
         trajectory.inserted.clone_from(&real.trajectory().inserted);
@@ -118,7 +118,7 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.lifted.trajectory.computed = 0;
         self.check_sizes(inputs)?;
         if let Some(value) = (0..R::PARTS).find_map(|part| parts(inputs, part).find(|x| !x.is_finite())) {
-            return Err(Error::NotFinite { what: "a part of a lifted input".into(), value });
+            return Err(Error::NotFinite { what: "a part of a complex or dual input".into(), value });
         }
         let design = self.real.system().parameters().values(inputs.design.as_slice());
         let assembled = self.assembled(inputs, &design)?;

@@ -23,7 +23,7 @@ impl Method {
         entries.map(|(bound, x)| if bound.is_equality() { 0.0 } else { *x }).collect()
     }
 
-    /// Reference for small gradients of the Lagrangian: the gradient of f by the free variables. Without room, multipliers may be of any size.
+    /// Reference for small gradients of the Lagrangian: ∇f without fixed variables. If constraints leave no room, multipliers are arbitrary.
     pub(in super::super) fn scale(&self) -> f64 {
         largest(&self.moving(self.gradient.as_slice()))
     }

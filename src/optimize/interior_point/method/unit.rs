@@ -8,7 +8,7 @@ use super::Method;
 use crate::Error;
 use crate::number::{dot, largest};
 
-/// A gradient that changes by less than this fraction when variables change by their size may change by rounding alone, as of differences.
+/// A smaller relative change of the gradient, when variables change by their size, may be rounding error, for example of finite differences.
 const STRAIGHT: f64 = 1e-10;
 /// Largest number of continuations of the path along the bounds and constraints that it met.
 const TURNS: usize = 5;
@@ -16,14 +16,14 @@ const TURNS: usize = 5;
 const LEFT: f64 = 1e-10;
 
 impl Method {
-    /// Sets the unit of variables to the step to the minimum of f against the last gradient; if f is straight, to their size at the start, or 1.
+    /// Sets the unit of variables to the distance to the minimum of f along the last gradient; if f is straight, to their first size, or 1.
     pub(super) fn take_unit(&mut self, problem: &mut Counted) -> Result<(), Error> {
         let gradient = self.moving(self.gradient.as_slice());
         let (step, square) = self.parabola(problem, &gradient)?;
         let (slope, known) = (largest(&gradient), largest(&self.moving(&self.start)));
         let unit = if step > 0.0 { step * slope } else { self.size() };
         (self.barrier.unit, self.first_slope, self.first_fall) = (unit, slope, 0.5 * step * slope * slope * square);
-        // The path is at least as long as the variables are large, if that is known.
+        // The path is at least as long as the largest variable at the start.
         if slope > 0.0 && unit > known {
             let way = self.way(problem, gradient)?.max(known);
             if way > 0.0 && way < unit {
@@ -34,7 +34,7 @@ impl Method {
         Ok(())
     }
 
-    /// The factor of a direction at the minimum of f, 0 if f is straight; and the square of the direction in units of its largest entry.
+    /// The multiple of a direction at which f is least, 0 if f is straight; and the square of the direction in units of its largest entry.
     fn parabola(&self, problem: &mut Counted, direction: &[f64]) -> Result<(f64, f64), Error> {
         // The largest entry may be of any magnitude.
         let largest = largest(direction);
