@@ -74,7 +74,7 @@ impl<'s> Mechanics<'s> {
         motion.check_fits(system, inputs)?;
         if node >= motion.times.len() {
             let (what, value) = (format!("the node of a motion with {} nodes", motion.times.len()), node as f64);
-            return Err(Error::Parameter { what, value, must_be: "one of them, counted from 0" });
+            return Err(Error::Parameter { what, value, must_be: "less than the number of nodes (counted from 0)" });
         }
         if node >= motion.computed {
             return Err(Error::Incomplete { expected: node + 1, computed: motion.computed });
