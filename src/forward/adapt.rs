@@ -299,7 +299,7 @@ fn check(system: &System, inputs: &Inputs, tolerance: f64) -> Result<(), Error> 
         return Err(Error::Parameter { what: "the tolerance".into(), value: tolerance, must_be: "a positive number" });
     }
     if let Some((node, cost)) = system.last_cost_node().filter(|(node, _)| *node > 0) {
-        let what = format!("the node at which `{cost}` counts (`Sum::Node`)");
+        let what = format!("the node at which `{cost}` is evaluated (`Sum::Node`)");
         return Err(Error::Parameter {
             what,
             value: node as f64,

@@ -1,8 +1,8 @@
-//! [`Clock`]: times to rounding, whatever number of steps they are the sum of.
+//! [`Clock`]: times correct to rounding for any number of steps.
 
 use crate::number::Real;
 
-/// The time at a node, and what the additions up to it have lost: a sum of two numbers (Dekker 1971). Every part of a dual or complex number is summed alike.
+/// The time at a node, and the rounding error of the additions up to it (Dekker 1971). All parts of a dual or complex number are summed in this way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock<R = f64> {
     time: R,
@@ -15,7 +15,7 @@ impl<R: Real> Clock<R> {
         Clock { time, lost: R::zero() }
     }
 
-    /// One step later.
+    /// The clock after a step of length `dt`.
     pub(crate) fn after(self, dt: R) -> Self {
         let (sum, lost) = exact_sum(self.time, dt);
         let (time, lost) = exact_sum(sum, lost + self.lost);
@@ -28,7 +28,7 @@ impl<R: Real> Clock<R> {
     }
 }
 
-/// a + b, and what the sum loses by rounding (Knuth 1969).
+/// a + b, and its rounding error (Knuth 1969).
 fn exact_sum<R: Real>(a: R, b: R) -> (R, R) {
     let sum = a + b;
     let of_b = sum - a;
@@ -39,7 +39,7 @@ fn exact_sum<R: Real>(a: R, b: R) -> (R, R) {
 mod tests {
     use crate::{Grid, Inputs, LongSolver, Settings, Solver, scenes::CartPendulum};
 
-    /// The sum in whole numbers: each step is a multiple of 2⁻⁶⁰.
+    /// Exact times by integer arithmetic: each step is a multiple of 2⁻⁶⁰ s.
     fn exact(steps: &[f64]) -> Vec<f64> {
         let unit = 2f64.powi(60);
         let sums = steps.iter().scan(0i128, |sum, dt| {
@@ -55,7 +55,7 @@ mod tests {
         assert_eq!(grid.times(), exact(&grid.steps));
         assert_eq!(grid.times(), grid.passed());
         assert_eq!(grid.time(777_777), grid.times()[777_777]);
-        // To and fro: what is left is exact.
+        // The steps cancel, so the last time is exact.
         let grid = Grid::new(1e6, [0.1, 0.7, -0.1, -0.7].repeat(1000));
         assert_eq!(grid.times()[4000], 1e6);
     }

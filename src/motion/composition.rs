@@ -1,4 +1,4 @@
-//! Symmetric compositions of the trapezoidal rule: orders 4 and 6 by nothing but another time grid.
+//! Symmetric compositions of the trapezoidal rule: orders 4 and 6 by the choice of the time grid alone.
 //!
 //! The step of length Δt, Ψ(Δt), is symmetric: Ψ(−Δt) undoes it. So the s steps γ_1 Δt, …, γ_s Δt with γ_j = γ_{s+1−j},
 //!
@@ -6,7 +6,7 @@
 //! Ψ(γ_s Δt) ∘ … ∘ Ψ(γ_1 Δt),      Σ γ_j = 1,
 //! ```
 //!
-//! are a symmetric step over Δt, the macro step. Its order is even, and with c_j = γ_1 + … + γ_{j−1} + γ_j/2 it is
+//! are a symmetric step over Δt, the macro step. Its order is even; with c_j = γ_1 + … + γ_{j−1} + γ_j/2 it is
 //!
 //! ```text
 //! 4 if also  Σ γ_j³ = 0,
@@ -20,7 +20,7 @@ use crate::{Grid, memory};
 
 /// A symmetric composition of trapezoidal steps, named after its authors and its order.
 ///
-/// | | stages | order | nodes between the ends of the macro step | source |
+/// | | stages | order | inner nodes, relative to the macro step | source |
 /// |---|---|---|---|---|
 /// | `Trapezoidal` | 1 | 2 | none | the rule itself |
 /// | `Suzuki4` | 5 | 4 | inside | M. Suzuki, Phys. Lett. A 146 (1990) 319; E. Hairer, C. Lubich, G. Wanner, *Geometric Numerical Integration*, 2nd ed. (HLW), II.4 |
@@ -97,7 +97,7 @@ impl Composition {
             Some(*end)
         });
         let mut ends: Vec<f64> = ends.collect();
-        // Without the rounding of the sum.
+        // Remove the rounding error of the sum.
         ends[self.stages() - 1] = 1.0;
         ends
     }
@@ -117,8 +117,8 @@ impl Grid {
     ///
     /// Restarts ([`Settings`](crate::Settings)) take place at ends of macro steps only, and the motion keeps its order.
     ///
-    /// A running cost with [`Sum::Trapezoidal`](crate::Sum::Trapezoidal) is the same scheme applied to J̇ = h and has its order;
-    /// [`Sum::Plain`](crate::Sum::Plain), [`Sum::AllNodes`](crate::Sum::AllNodes) and [`Sum::Rectangle`](crate::Sum::Rectangle) do not.
+    /// A running cost with [`Sum::Trapezoidal`](crate::Sum::Trapezoidal) is the same scheme applied to J̇ = h and has its order, in contrast to
+    /// [`Sum::Plain`](crate::Sum::Plain), [`Sum::AllNodes`](crate::Sum::AllNodes) and [`Sum::Rectangle`](crate::Sum::Rectangle).
     ///
     /// ```
     /// use hamiltonian_adjoint::{Composition, Grid};
@@ -178,7 +178,7 @@ mod tests {
 
     #[test]
     fn exponential_growth_has_the_order_of_the_composition() {
-        // y' = λ y by the trapezoidal rule multiplies with (1 + hλ)/(1 − hλ), h = γ Δt/2: compare with exp(λ Δt).
+        // For y' = λ y, a trapezoidal step multiplies y by (1 + hλ)/(1 − hλ), h = γ Δt/2; the exact factor is exp(λ Δt).
         let error = |composition: Composition, dt: f64| {
             let factor = |gamma: &f64| (1.0 + 0.5 * gamma * dt) / (1.0 - 0.5 * gamma * dt);
             (composition.coefficients().iter().map(factor).product::<f64>() / dt.exp()).ln().abs()

@@ -15,8 +15,8 @@ pub struct Grid<R = f64> {
     /// ends of macro steps only ([`Settings::drift_bound`](crate::Settings::drift_bound)). An incomplete macro step at the end of the grid
     /// has no restart.
     pub stages: usize,
-    /// Numbers of nodes of a longer motion before the first and after the last node; zero unless the grid is a [`part`](Grid::part) of a
-    /// longer one. Macro steps are those of the longer motion.
+    /// Numbers of nodes of a longer motion before the first and after the last node of this grid; zero unless the grid is a [`part`](Grid::part) of a
+    /// longer one. Macro steps are counted from the start of the longer motion.
     pub around: [usize; 2],
 }
 
@@ -30,8 +30,8 @@ impl Grid {
         Grid::new(0.0, vec![dt; steps])
     }
 
-    /// A grid with nodes at the given times, s, and equal steps between them, none longer than `longest`, s. Use it for readings and for
-    /// controls with kinks.
+    /// A grid with nodes at the given times, s, and equal steps between them, none longer than `longest`, s. Use it if measurements or kinks of
+    /// controls are at certain times.
     ///
     /// ```
     /// use hamiltonian_adjoint::Grid;
@@ -55,7 +55,7 @@ impl Grid {
         let Some(&start) = times.first() else {
             return Err(Error::Size { what: "the times of `Grid::through`", expected: 1, found: 0 });
         };
-        // A length that divides an interval but for rounding does; one beyond all intervals is no reason to leave them out.
+        // A length that divides an interval up to rounding divides it; an interval shorter than the length has one step.
         let at_least_one = |steps: f64, pair: &[f64]| steps.max(if pair[0] == pair[1] { 0.0 } else { 1.0 });
         let count = |pair: &[f64]| at_least_one(((pair[1] - pair[0]).abs() / longest * (1.0 - 1e-12)).ceil(), pair) as usize;
         memory::check("the steps of a grid", times.windows(2).map(count).fold(0, usize::saturating_add), size_of::<f64>())?;
@@ -63,7 +63,7 @@ impl Grid {
         Ok(Grid::new(start, steps.collect()))
     }
 
-    /// The time since the start at each node, to rounding, whenever the start.
+    /// Time since the start at each node, s, correct to rounding for any start time.
     pub(crate) fn passed(&self) -> Vec<f64> {
         clocks(0.0, &self.steps).map(Clock::time).collect()
     }
@@ -75,16 +75,16 @@ impl<R: Real> Grid<R> {
         Grid { start, steps, stages: 1, around: [0, 0] }
     }
 
-    /// The part of the grid between two nodes. Its nodes keep their numbers in costs at single nodes ([`Sum::Node`](crate::Sum::Node)),
-    /// errors and warnings. A node shared by two parts belongs to the first of them. Restarts remain at the nodes of the whole grid, also
-    /// if a part begins inside a macro step. A part has the order of the [`Composition`](crate::Composition) if it starts with the q and
-    /// p\* of its first node ([`Start::Momentum`](crate::Start::Momentum)).
+    /// The part of the grid between two nodes. Its nodes keep their numbers in costs at single nodes ([`Sum::Node`](crate::Sum::Node)), errors and
+    /// warnings. A node shared by two parts belongs to the first of them. Restarts remain at the nodes of the whole grid, even if a part begins
+    /// inside a macro step. A part has the order of the [`Composition`](crate::Composition) if it starts with the q and p\* of its first node
+    /// ([`Start::Momentum`](crate::Start::Momentum)).
     ///
     /// # Panics
     /// If the grid does not contain these nodes in this order.
     pub fn part(&self, first: usize, last: usize) -> Self {
         let [before, behind] = self.around;
-        // Numbers beyond their range are refused with the inputs.
+        // An overflow is reported when the inputs are checked.
         let around = [before.saturating_add(first), behind.saturating_add(self.steps.len() - last)];
         Grid { start: self.time(first), steps: self.steps[first..last].to_vec(), stages: self.stages, around }
     }
@@ -94,7 +94,7 @@ impl<R: Real> Grid<R> {
         clocks(self.start, &self.steps).map(Clock::time).collect()
     }
 
-    /// The same into a list.
+    /// Writes the times of the nodes 0 … N, s.
     pub(crate) fn write_times(&self, times: &mut [R]) {
         times.iter_mut().zip(clocks(self.start, &self.steps)).for_each(|(time, clock)| *time = clock.time());
     }
@@ -104,13 +104,13 @@ impl<R: Real> Grid<R> {
         clocks(self.start, &self.steps[..node]).last().map_or(self.start, Clock::time)
     }
 
-    /// How many macro steps of the whole motion end up to a node, if one ends there.
+    /// Number of macro steps of the whole motion before a node; `None` if the node is inside a macro step.
     pub(crate) fn macro_steps(&self, node: usize) -> Option<usize> {
         let before = self.around[0] + node;
         before.is_multiple_of(self.stages).then(|| before / self.stages)
     }
 
-    /// The nodes behind the first at which macro steps end.
+    /// The nodes after the first at which macro steps end.
     pub(crate) fn macro_ends(&self) -> impl Iterator<Item = usize> {
         (1..self.nodes()).filter(|&node| self.macro_steps(node).is_some())
     }
@@ -121,7 +121,7 @@ impl<R: Real> Grid<R> {
     }
 }
 
-/// The clocks at the nodes.
+/// The clocks at the nodes 0 … N.
 fn clocks<R: Real>(start: R, steps: &[R]) -> impl Iterator<Item = Clock<R>> {
     let after = steps.iter().scan(Clock::new(start), |clock, &dt| {
         *clock = clock.after(dt);

@@ -1,4 +1,4 @@
-//! What a simulation is given: initial state and controls, beside its [`Grid`] and design variables.
+//! Inputs of a motion: the initial state, the controls, the [`Grid`] and the design variables.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -32,9 +32,9 @@ pub enum Start<R = f64> {
         /// p*₀, N s or N m s.
         p_star: DVector<R>,
     },
-    /// A guess is given. The start satisfies Φ(q₀, t₀; b) = 0 and dΦ/dt = 0. It is the one nearest to the guess in the metric of the mass
-    /// matrix for which the coordinates to be held keep their values; p*₀ and σ₀ follow as for [`Velocity`](Self::Velocity). The start
-    /// depends on design variables, and the gradient includes this dependence.
+    /// Only a guess is given. The start satisfies Φ(q₀, t₀; b) = 0 and dΦ/dt = 0. It is nearest to the guess in the metric of the mass matrix, with
+    /// held coordinates and velocities fixed; p*₀ and σ₀ follow as for [`Velocity`](Self::Velocity). The start depends on design variables, and the
+    /// gradient includes this dependence.
     Assembled {
         /// The guess for q₀, m or rad.
         q: DVector<R>,
@@ -117,7 +117,7 @@ impl<R: Real> Start<R> {
         }
     }
 
-    /// Refuses a change of velocities where momenta are given, and the other way round.
+    /// Checks that a change of the start is of the same kind: velocities, momenta or a guess.
     pub(crate) fn check_kind<T: Real>(&self, changed: &Start<T>) -> Result<(), Error> {
         let (expected, found) = (self.kind(), changed.kind());
         if expected == found { Ok(()) } else { Err(Error::StartKind { expected, found }) }
@@ -151,19 +151,19 @@ pub struct Inputs<R = f64> {
 }
 
 impl<R> Inputs<R> {
-    /// The controls of a node.
+    /// The controls at a node.
     pub(crate) fn controls_at(&self, node: usize) -> &[R] {
         column(&self.controls, node)
     }
 }
 
 impl<R: Real> Inputs<R> {
-    /// The controls at both ends of the step into a node.
+    /// The controls at both ends of the step that ends at `node`.
     pub(crate) fn at_ends(&self, node: usize) -> [&[R]; 2] {
         [column(&self.controls, node - 1), column(&self.controls, node)]
     }
 
-    /// The controls at a share c of the step into a node: linear between nodes.
+    /// The controls at the fraction c of the step that ends at `node`, linear between its ends.
     pub(crate) fn controls_within(&self, node: usize, c: f64, u: &mut [R]) {
         let (before, after) = (column(&self.controls, node - 1), column(&self.controls, node));
         u.iter_mut().zip(before.iter().zip(after)).for_each(|(u, (&before, &after))| *u = before * (1.0 - c) + after * c);
@@ -194,7 +194,7 @@ impl Inputs {
         let (which, count) = (control.index(), self.controls.nrows());
         assert!(
             which < count,
-            "control {which} is none of these inputs, which have {count}; is its handle one of another scene?"
+            "control {which} does not exist: these inputs have {count}; does its handle belong to another scene?"
         );
         for (node, t) in self.grid.times().into_iter().enumerate() {
             self.controls[(which, node)] = signal(t);
@@ -208,7 +208,7 @@ impl Inputs {
         Inputs { grid, start, controls, design: self.design.map(|_| 0.0) }
     }
 
-    /// The same on other numbers, each made of its value and its change along a direction of the same shape.
+    /// Inputs of another number type; `make` combines each value with its change along a direction of the same shape.
     pub(crate) fn along<R: Real>(&self, direction: &Inputs, make: impl Fn(f64, f64) -> R) -> Inputs<R> {
         let mut moved = self.lift::<R>();
         let change = |to: &mut [R], from: &[f64], by: &[f64]| {
@@ -223,7 +223,7 @@ impl Inputs {
         moved
     }
 
-    /// Refuses a direction of other sizes, or with numbers that are not finite; so many nodes were inserted after it was given.
+    /// Checks the sizes of a direction and that its numbers are finite. `inserted` nodes were added to these inputs after the direction was given.
     pub(crate) fn check_direction(&self, direction: &Inputs, inserted: usize) -> Result<(), Error> {
         let nodes = self.grid.nodes() - inserted;
         check_size("direction: time steps", nodes - 1, direction.grid.steps.len())?;
@@ -238,7 +238,7 @@ impl Inputs {
         finite(changes.chain(&direction.controls).chain(&direction.design).copied(), |_| "a number of the direction".into())
     }
 
-    /// Takes over the values of `other`, without allocation where the sizes are the same.
+    /// Copies the values of `other`, without allocation if the sizes are equal.
     pub(crate) fn copy_from(&mut self, other: &Inputs) {
         let same = self.controls.shape() == other.controls.shape()
             && self.start.q().len() == other.start.q().len()
@@ -270,7 +270,7 @@ impl Inputs {
         }
     }
 
-    /// Refuses sizes that do not fit, values that are not finite, steps of length zero, macro steps of none, numbers of nodes and parameters out of range.
+    /// Checks sizes, finite values, nonzero step lengths and macro steps, and the ranges of node numbers and parameters.
     pub(crate) fn check(&self, system: &System) -> Result<(), Error> {
         let (n, nodes) = (system.n(), self.grid.nodes());
         let rate = match self.start {
@@ -292,11 +292,11 @@ impl Inputs {
         }
         let Some(of_whole) = before.checked_add(nodes).and_then(|nodes| nodes.checked_add(behind)) else {
             let (what, must_be) =
-                ("a number of nodes in `Grid::around`".into(), "such that the nodes of the whole can be counted");
+                ("a number of nodes in `Grid::around`".into(), "small enough that all nodes can be counted");
             return Err(Error::Parameter { what, value: before.max(behind) as f64, must_be });
         };
         if let Some((node, cost)) = system.last_cost_node().filter(|(node, _)| *node >= of_whole) {
-            let what = format!("the node at which `{cost}` counts (`Sum::Node`)");
+            let what = format!("the node at which `{cost}` is evaluated (`Sum::Node`)");
             return Err(Error::Parameter { what, value: node as f64, must_be: "at most the number of steps" });
         }
         if self.grid.stages == 0 {
@@ -309,7 +309,7 @@ impl Inputs {
         }
         let of = |i: usize| format!("of `{}`", system.coordinate_name(i));
         finite([self.grid.start], |_| "the start of the time grid".into())?;
-        finite([farthest], |_| "the farthest that the steps of the time grid lead".into())?;
+        finite([farthest], |_| "the sum of the start time and the step lengths of the grid".into())?;
         finite(self.start.q().iter().copied(), |i| format!("q0 {}", of(i)))?;
         finite(self.start.rate().iter().copied(), |i| format!("{rate} {}", of(i)))?;
         finite(self.design.iter().copied(), |p| format!("design variable `{}`", system.design_name(p)))?;
@@ -321,7 +321,7 @@ impl Inputs {
     }
 }
 
-/// Refuses lists of another length.
+/// Checks the length of a list.
 pub(crate) fn check_size(what: &'static str, expected: usize, found: usize) -> Result<(), Error> {
     if expected == found { Ok(()) } else { Err(Error::Size { what, expected, found }) }
 }

@@ -1,4 +1,4 @@
-//! Motions as data: what they follow from, the grid they were computed on, and their states.
+//! Motions as data: inputs, time grid and states.
 
 mod clock;
 mod composition;

@@ -1,4 +1,4 @@
-//! How far a computation has come, told to whoever wants to know.
+//! Progress reports to a callback.
 
 use std::ops::ControlFlow;
 
@@ -24,20 +24,20 @@ pub enum Task {
     Gradient,
 }
 
-/// About so many times a task is told of.
+/// Approximate number of progress reports per task.
 const TIMES: usize = 100;
-/// Where the number of all nodes is a guess, at most so many are between two times.
+/// Largest number of nodes between two reports if the number of all nodes is an estimate.
 const MOST_BETWEEN: usize = 100;
 
-/// Who is told, if anybody.
+/// Reports progress to a callback, if there is one.
 #[derive(Default)]
 pub(crate) struct Watch {
     callback: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + Send>>,
-    /// The way back has begun: parts of the motion that are computed again are not told.
+    /// True after the backward sweep has begun: parts of the motion that are recomputed are not reported.
     is_back: bool,
-    /// How many nodes of a longer motion, which is told of, come before those that are computed and behind them.
+    /// Numbers of nodes before and after the computed ones in a longer motion, to which the reports refer.
     around: [usize; 2],
-    /// What was done when it was told of last.
+    /// Number of nodes done at the last report.
     told: usize,
 }
 
@@ -46,31 +46,31 @@ impl Watch {
         Watch::of_part(callback, [0, 0])
     }
 
-    /// Of a part of a motion, with so many nodes before and behind it.
+    /// Progress of a part of a motion, with `around[0]` nodes before it and `around[1]` nodes after it.
     pub(crate) fn of_part(callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static, around: [usize; 2]) -> Self {
         Watch { callback: Some(Box::new(callback)), is_back: false, around, told: 0 }
     }
 
-    /// Another motion begins.
+    /// Begins another motion.
     pub(crate) fn begin(&mut self) {
         (self.is_back, self.told) = (false, 0);
     }
 
-    /// The way back begins.
+    /// Begins the backward sweep.
     pub(crate) fn turn(&mut self) {
         (self.is_back, self.told) = (true, 0);
     }
 
-    /// Tells of every hundredth part.
+    /// Reports progress about a hundred times per task.
     ///
     /// # Errors
-    /// If the answer is to stop.
+    /// If the callback stops the computation.
     #[inline]
     pub(crate) fn tell(&mut self, task: Task, done: usize, of: usize) -> Result<(), Error> {
         self.tell_every(usize::MAX, task, done, of)
     }
 
-    /// The same where the number of all nodes is a guess, which may grow faster than what is done.
+    /// Reports progress if the number of all nodes is an estimate, which may grow faster than the number of nodes done.
     ///
     /// # Errors
     /// As [`tell`](Self::tell).
@@ -83,7 +83,7 @@ impl Watch {
         let Some(callback) = &mut self.callback else { return Ok(()) };
         let [before, behind] = self.around;
         let (done, of) = (before + done, before + of + behind);
-        // A period that changes with the guess may pass over its multiples.
+        // If the period changes with the estimate, its multiples may be skipped.
         let is_due =
             done == of || done.is_multiple_of(of.div_ceil(TIMES).min(most)) || done >= self.told.saturating_add(most);
         if !is_due || self.is_back && task == Task::Simulation {
@@ -111,7 +111,7 @@ mod tests {
             ControlFlow::Continue(())
         });
         watch.begin();
-        // Its hundredth part is never one of which what is done is a multiple.
+        // The number of nodes done is never a multiple of a hundredth of the estimate.
         for done in 1..2000 {
             let of = if done % 97 == 0 { 8900 } else { 9700 };
             watch.tell_of_guess(Task::Simulation, done, of).expect("nobody stops");

@@ -1,13 +1,13 @@
-//! The grid that was taken: the given one, with steps halved where no solution was found.
+//! The computed grid: the given grid, with steps halved where Newton's method found no solution.
 //!
-//! Between given nodes A and B the controls are linear, u = (1 − θ) u_A + θ u_B, and every part is a fixed share of the given
-//! step, Δt_k = s_k Δt. So a motion on the grid taken is a function of the given inputs, and with the derivatives on the grid taken
+//! Between given nodes A and B the controls are linear, u = (1 − θ) u_A + θ u_B, and every part is a fixed fraction of the given step, Δt_k = s_k Δt.
+//! A motion on the computed grid is therefore a function of the given inputs, with the derivatives
 //!
 //! ```text
 //!   dJ/du_A = Σ (1 − θ_k) dJ/du_k,     dJ/du_B = Σ θ_k dJ/du_k,     dJ/dΔt = Σ s_k dJ/dΔt_k
 //! ```
 //!
-//! Costs are summed over the given nodes alone, with weights of the given steps.
+//! Costs are summed over the given nodes only, with the weights of the given steps.
 
 use nalgebra::DMatrix;
 
@@ -16,14 +16,14 @@ use crate::number::Real;
 use crate::system::{Beside, GivenWeights, Weights};
 use crate::{Error, Grid, Inputs, Scheme, Trajectory};
 
-/// One step of the grid taken.
+/// One step of the computed grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Part {
-    /// The given step it belongs to, counted from 0.
+    /// The given step that contains it, counted from 0.
     step: usize,
-    /// Its share s of that step.
+    /// Its length s as a fraction of the given step.
     share: f64,
-    /// Where in that step it ends, θ.
+    /// The position θ of its end in the given step, from 0 to 1.
     end: f64,
 }
 
@@ -37,32 +37,32 @@ impl Part {
 /// A given step that was halved.
 #[derive(Clone, Copy, Debug)]
 struct Halved {
-    /// The node of the grid taken that it begins at.
+    /// The node of the computed grid at which it begins.
     node: usize,
-    /// Its number, counted from 0.
+    /// Its number in the given grid, counted from 0.
     step: usize,
 }
 
-/// How the grid taken follows from the given one.
+/// The relation between the computed grid and the given grid.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Refinement {
-    /// In ascending order; all other steps were taken as they are.
+    /// Halved steps, in ascending order; all other steps are unchanged.
     halved: Vec<Halved>,
     /// (s, θ) of all parts of halved steps.
     parts: Vec<(f64, f64)>,
-    /// The number of the first given node in the motion that this one is a part of.
+    /// The number of the first given node in the longer motion of which this one is a part.
     first: usize,
 }
 
 impl Refinement {
-    /// From the steps taken, the nodes of a longer motion before them, and the nodes that were inserted, in ascending order.
+    /// From the computed steps, the number of nodes of a longer motion before them, and the inserted nodes in ascending order.
     pub(crate) fn new(steps: &[f64], first: usize, inserted: &[usize]) -> Self {
         let most = inserted.len().min(steps.len());
         let (halved, parts) = (Vec::with_capacity(most), Vec::with_capacity(most + inserted.len()));
         let mut refinement = Refinement { halved, parts, first };
         let mut before = 0;
         while let Some(&cut) = inserted.get(before) {
-            // Nodes that follow each other lie within one given step, which ends behind the last of them.
+            // Consecutive inserted nodes lie within one given step, which ends after the last of them.
             let run = inserted[before..].iter().zip(cut..).take_while(|&(&node, next)| node == next).count();
             let parts = &steps[cut - 1..(cut + run).min(steps.len())];
             let length: f64 = parts.iter().sum();
@@ -77,20 +77,20 @@ impl Refinement {
         refinement
     }
 
-    /// The most bytes of one of so many given steps with so many inserted nodes.
+    /// Upper bound of the memory, in bytes, for given numbers of given steps and inserted nodes.
     pub(crate) fn bytes(steps: usize, inserted: usize) -> usize {
         let most = inserted.min(steps);
         most * size_of::<Halved>() + (most + inserted) * size_of::<(f64, f64)>()
     }
 
-    /// The parts of a halved step.
+    /// The parts of halved step `k`.
     fn parts_of(&self, k: usize) -> &[(f64, f64)] {
-        // As many as nodes were inserted, and one for each step.
+        // Each halved step has one part more than it has inserted nodes.
         let first = |k: usize| self.halved.get(k).map_or(self.parts.len(), |halved| halved.node - halved.step + k);
         &self.parts[first(k)..first(k + 1)]
     }
 
-    /// The step taken that ends at node ≥ 1: its given step, counted from 0, its share of it and where in it it ends.
+    /// The computed step that ends at node ≥ 1.
     #[inline]
     fn part(&self, node: usize) -> Part {
         if self.halved.is_empty() { Part::whole(node - 1) } else { self.part_of_refined(node) }
@@ -108,27 +108,27 @@ impl Refinement {
         }
     }
 
-    /// The number of the given step that ends at or behind a node of the grid taken, counted from 1.
+    /// The number of the given step that ends at a node of the computed grid or contains it, counted from 1; 0 for node 0.
     pub(crate) fn given_step(&self, node: usize) -> usize {
         if node == 0 { 0 } else { self.part(node).step + 1 }
     }
 
-    /// The same in the motion that this one is a part of; 0 for its start.
+    /// The number of that given step in the longer motion of which this one is a part; 0 for the start of this motion.
     pub(crate) fn step_of_whole(&self, node: usize) -> usize {
         if node == 0 { 0 } else { self.node_of_whole(node) }
     }
 
-    /// The number of the given node that a node of the grid taken is or comes before, in the motion that this one is a part of.
+    /// The number of the given node at or after a node of the computed grid, in the longer motion of which this one is a part.
     pub(crate) fn node_of_whole(&self, node: usize) -> usize {
         self.first + self.given_step(node)
     }
 
-    /// The given node that a node of the grid taken is, unless it was inserted.
+    /// The number of the given node at a node of the computed grid; `None` if the node was inserted.
     pub(crate) fn given_node(&self, node: usize) -> Option<usize> {
         (node == 0 || self.part(node).end == 1.0).then(|| self.given_step(node))
     }
 
-    /// The weights of the ways to sum a cost at a node of the grid taken, of the steps beside it that are counted.
+    /// The weights for each way to sum a cost at a node of the computed grid, from the adjacent steps that are counted.
     pub(crate) fn weights<R: Real>(&self, scheme: &Scheme, taken: &[R], node: usize, side: Beside) -> Weights<R> {
         let before = node.checked_sub(1).map(|before| taken[before]);
         let after = taken.get(node).copied();
@@ -137,7 +137,7 @@ impl Refinement {
         let integral = part(counted_before, scheme.weight(scheme.stages())) + part(counted_after, scheme.weight(0));
         let given = self.given_node(node).map(|given| {
             let ends = if self.parts.is_empty() { (before, after) } else { self.given_lengths(taken, node, given) };
-            // The first node of a part is the last one of the part before, and counts there.
+            // The first node of a part is the last node of the previous part, which counts it.
             let number = (given > 0 || self.first == 0).then_some(self.first + given);
             GivenWeights::new(number, ends.0, ends.1, side)
         });
@@ -158,7 +158,7 @@ impl Refinement {
         (given.checked_sub(1).map(length), (node < taken.len()).then(|| length(given)))
     }
 
-    /// Inputs on the given grid, brought to the grid taken.
+    /// Inputs on the computed grid from those on the given grid.
     pub(crate) fn refine<R: Real>(&self, given: &Inputs<R>) -> Inputs<R> {
         if self.parts.is_empty() {
             return given.clone();
@@ -177,7 +177,7 @@ impl Refinement {
         Inputs { grid, start: given.start.clone(), controls, design: given.design.clone() }
     }
 
-    /// Adds dJ/du of a node taken, times a factor, to those of the given nodes.
+    /// Adds dJ/du at a computed node, times a factor, to dJ/du at the given nodes.
     pub(crate) fn add_controls(&self, node: usize, factor: f64, taken: &[f64], given: &mut DMatrix<f64>) {
         let (step, end) = if node == 0 { (0, 0.0) } else { (self.part(node).step, self.part(node).end) };
         let mut add = |step: usize, factor: f64| {
@@ -191,7 +191,7 @@ impl Refinement {
         }
     }
 
-    /// Adds dJ/dΔt of the step taken that ends at a node to those of the given steps.
+    /// Adds dJ/dΔt of the computed step that ends at a node to dJ/dΔt of the given step.
     pub(crate) fn add_step(&self, node: usize, taken: f64, given: &mut [f64]) {
         let part = self.part(node);
         given[part.step] += part.share * taken;
@@ -199,14 +199,14 @@ impl Refinement {
 }
 
 impl<R: Real> Trajectory<R> {
-    /// How the grid of this motion, which may have come from elsewhere, follows from the given one.
+    /// The relation between the grid of this motion, which may have been computed elsewhere, and the given grid.
     pub(crate) fn refinement(&self, grid: &Grid<R>) -> Result<Refinement, Error> {
         let mut before = 0;
         for &node in &self.inserted {
-            // Behind the last node of a motion that stopped within a given step, the end of that step is missing.
+            // If a motion stopped within a given step, the end of that step is missing after its last node.
             if node <= before || node >= grid.steps.len() {
                 let what = "a node of the trajectory's `inserted`".into();
-                let must_be = "behind the one before it, and between the first and the last node of the motion";
+                let must_be = "larger than the one before it, and between the first and the last node of the motion";
                 return Err(Error::Parameter { what, value: node as f64, must_be });
             }
             before = node;
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn controls_are_linear_between_given_nodes_and_shares_add_up() {
-        // Given steps 1, 2, 1; the second was halved, and its first half once more.
+        // Given steps 1, 2, 1; the second was halved, and then its first half.
         let refinement = Refinement::new(&[1.0, 0.5, 0.5, 1.0, 1.0], 0, &[2, 3]);
         let start = Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) };
         let grid = Grid::new(0.0, vec![1.0, 2.0, 1.0]);

@@ -1,4 +1,4 @@
-//! What a simulation or an adjoint sweep cost to compute, and what it has to say.
+//! [`Report`]: the work and the warnings of a simulation or an adjoint sweep.
 
 use std::fmt;
 
@@ -27,14 +27,14 @@ pub struct Report {
     pub refined_solutions: usize,
     /// Number of element evaluations, each element counted separately; elements that are constant or sums of sines are not counted.
     pub element_evaluations: usize,
-    /// Number of evaluations of second derivatives of the elements counted in `element_evaluations`, whenever K is assembled and at each
-    /// solution.
+    /// Number of evaluations of second derivatives of the elements counted in `element_evaluations`: whenever the tangent matrix K is assembled, and
+    /// at each solution.
     pub second_derivatives: usize,
     /// Number of evaluations of sine and cosine of a coordinate for sinusoidal constraints.
     pub sine_evaluations: usize,
     /// Number of derivative evaluations with respect to one control, one design variable or time, each element counted separately.
     pub input_evaluations: usize,
-    /// Number of element evaluations for the check whether the steps resolve the elements (adjoint sweep only).
+    /// Number of element evaluations in the check that the steps resolve the elements (adjoint sweep only).
     pub chord_evaluations: usize,
     /// Number of evaluations of single costs with their derivatives.
     pub cost_evaluations: usize,
@@ -72,7 +72,7 @@ impl Default for Report {
 }
 
 impl Report {
-    /// The work of several sweeps.
+    /// The total work of several sweeps.
     pub(crate) fn of_all(mut reports: impl Iterator<Item = Report>) -> Report {
         let mut sum = reports.next().unwrap_or_default();
         reports.for_each(|report| sum.add(report));
@@ -97,14 +97,14 @@ impl Report {
         other.warnings.into_iter().for_each(|warning| self.warn(warning));
     }
 
-    /// Says something in the place of what was said of this kind before.
+    /// Adds a warning and removes earlier ones of this kind.
     pub(crate) fn replace(&mut self, warning: Warning) {
         let kind = std::mem::discriminant(&warning);
         self.warnings.retain(|other| std::mem::discriminant(other) != kind);
         self.warnings.push(warning);
     }
 
-    /// Says something once.
+    /// Adds a warning unless the report already contains it.
     pub(crate) fn warn(&mut self, warning: Warning) {
         if !self.warnings.contains(&warning) {
             self.warnings.push(warning);
@@ -116,7 +116,7 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let counts = [
             (self.factorisations, "factorisations of tangent matrices"),
-            (self.reused_factors, "corrections with factors of the iteration before"),
+            (self.reused_factors, "corrections with factors of the previous iteration"),
             (self.refined_solutions, "refined solutions of adjoint equations"),
             (self.element_evaluations, "evaluations of elements"),
             (self.second_derivatives, "evaluations of second derivatives of elements"),
@@ -131,11 +131,11 @@ impl fmt::Display for Report {
         }
         let mut done = counts.iter().filter(|(count, _)| *count > 0);
         done.try_for_each(|(count, what)| writeln!(f, "{count:>10}  {what}"))?;
-        write!(f, "{:>10.1e}  of its terms is left of the smallest pivot", self.worst_pivot)?;
+        write!(f, "{:>10.1e}  smallest pivot relative to its terms", self.worst_pivot)?;
         if self.adjoint_growth > 1.0 {
             write!(
                 f,
-                "\n{:>10.1e}  times what costs put into them is the most that adjoint variables are",
+                "\n{:>10.1e}  largest growth of adjoint variables relative to the contributions of costs",
                 self.adjoint_growth
             )?;
         }

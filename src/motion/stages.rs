@@ -1,4 +1,4 @@
-//! States of a motion by columns: the stages of steps that lie between nodes.
+//! States of a motion at the stages between nodes, one column each.
 
 use nalgebra::DMatrix;
 
@@ -18,7 +18,7 @@ pub struct Stages<R = f64> {
     pub v: DMatrix<R>,
     /// Augmented momenta, N s or N m s.
     pub p_star: DMatrix<R>,
-    /// Their rates ṗ*, N or N m.
+    /// Rates ṗ* of the augmented momenta, N or N m.
     pub p_star_dot: DMatrix<R>,
     /// Lagrange multipliers σ, N s or N m s.
     pub sigma: DMatrix<R>,
@@ -26,7 +26,7 @@ pub struct Stages<R = f64> {
     pub u: DMatrix<R>,
 }
 
-/// The state of one node or stage, to be written, and the controls of a stage between nodes.
+/// Mutable state of a node or stage, with the controls of a stage between nodes.
 pub(crate) struct ColumnsMut<'a, R> {
     pub(crate) time: &'a mut R,
     pub(crate) q: &'a mut [R],
@@ -44,7 +44,7 @@ impl<R: Real> Stages<R> {
         Stages { times, q: state(n), v: state(n), p_star: state(n), p_star_dot: state(n), sigma: state(m), u: state(k) }
     }
 
-    /// Room for so many, of which the first stay as they are.
+    /// Resizes to a number of columns; existing columns keep their values.
     pub(crate) fn resize(&mut self, columns: usize) {
         if columns == self.times.len() {
             return;

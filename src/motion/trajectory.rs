@@ -21,12 +21,12 @@ pub struct Trajectory<R = f64> {
     pub v: DMatrix<R>,
     /// Augmented momenta, N s or N m s.
     pub p_star: DMatrix<R>,
-    /// Their rates ṗ* = 𝓛_q + Q, N or N m.
+    /// Rates ṗ* = 𝓛_q + Q of the augmented momenta, N or N m.
     pub p_star_dot: DMatrix<R>,
     /// Lagrange multipliers σ (impulses), N s or N m s (m × (N + 1)).
     pub sigma: DMatrix<R>,
-    /// Compliances of dependent constraints, in the order of the nodes from which they hold; empty if no constraints depend on each other
-    /// (see `docs/long-and-hard-motions.md`).
+    /// Compliances of dependent constraints, in the order of the nodes from which they apply; empty if no constraints depend on each other (see
+    /// `docs/long-and-hard-motions.md`).
     pub compliance: Vec<Compliance>,
     /// Nodes inserted by halved steps.
     pub inserted: Vec<usize>,
@@ -38,15 +38,15 @@ pub struct Trajectory<R = f64> {
     pub restarted: Vec<usize>,
 }
 
-/// Equations and their μ.
+/// Numbers of equations, and their compliances μ.
 pub(crate) type Compliances = [(usize, f64)];
 
 /// Compliances of dependent constraints that apply from a node onwards.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Compliance {
-    /// The node from which they hold: the start or a restart.
+    /// The node from which they apply: the start or a restart.
     pub from: usize,
-    /// Equations and their μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s); a large μ means that the equation is left out.
+    /// Numbers of equations, and their μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s); a large μ means that the equation is left out.
     pub equations: Vec<(usize, f64)>,
 }
 
@@ -93,12 +93,12 @@ impl<R: Real> Trajectory<R> {
         given_node.saturating_add(self.inserted.iter().enumerate().take_while(is_before).count())
     }
 
-    /// How many numbers a node has.
+    /// Number of values per node.
     pub(crate) fn len_of_node(n: usize, m: usize) -> usize {
         4 * n + m + 1
     }
 
-    /// Room for so many nodes, of which the first stay as they are.
+    /// Resizes to a number of nodes; existing nodes keep their values.
     pub(crate) fn resize(&mut self, nodes: usize) {
         self.times.resize(nodes, R::zero());
         self.times.shrink_to_fit();
@@ -126,13 +126,13 @@ impl<R: Real> Trajectory<R> {
         }
     }
 
-    /// Stage s of the step into column `k`; the last one is the node itself.
+    /// Stage s of the step that ends in column `k`; the last stage is the node itself.
     #[inline]
     pub(crate) fn stage(&self, k: usize, s: usize) -> NodeView<'_, R> {
         if s > self.scheme.inner() { self.columns(k) } else { self.stages.columns(k * self.scheme.inner() + s - 1) }
     }
 
-    /// Makes stage s of the step into column `k` the one at a share c_s of it: its time, and its controls; linear between those of the nodes.
+    /// Sets the time and the controls of stage s, at the fraction c_s of the step that ends in column `k`; controls are linear between nodes.
     pub(crate) fn place_stage(&mut self, k: usize, s: usize, dt: R, [before, after]: [&[R]; 2]) {
         let (c, at) = (self.scheme.c(s), k * self.scheme.inner() + s - 1);
         self.stages.times[at] = self.times[k - 1] + dt * c;
@@ -140,7 +140,7 @@ impl<R: Real> Trajectory<R> {
         column_mut(&mut self.stages.u, at).iter_mut().zip(ends).for_each(|(u, (&a, &b))| *u = a * (1.0 - c) + b * c);
     }
 
-    /// ẋ = (v, ṗ*) at stage s of the step into column `k`; stage 0 is the node before.
+    /// ẋ = (v, ṗ*) at stage s of the step that ends in column `k`; stage 0 is the previous node.
     #[inline]
     pub(crate) fn rates(&self, k: usize, s: usize) -> (&[R], &[R]) {
         let inner = self.scheme.inner();
@@ -151,7 +151,7 @@ impl<R: Real> Trajectory<R> {
         (column(&self.v, k), column(&self.p_star_dot, k))
     }
 
-    /// The same, to be written.
+    /// Mutable stage s of the step that ends in column `k`.
     #[inline]
     pub(crate) fn stage_mut(&mut self, k: usize, s: usize) -> ColumnsMut<'_, R> {
         if s <= self.scheme.inner() {
@@ -168,7 +168,7 @@ impl<R: Real> Trajectory<R> {
         }
     }
 
-    /// The number of the last stage of a step, which is its node.
+    /// The number of the last stage of a step, which is a node.
     pub(crate) fn last_stage(&self) -> usize {
         self.scheme.stages()
     }
@@ -177,18 +177,18 @@ impl<R: Real> Trajectory<R> {
         self.columns(i).with_inputs((inputs.controls_at(i), design))
     }
 
-    /// The compliances with which the motion starts at a node, or goes on there.
+    /// The compliances of the step that begins at a node.
     pub(crate) fn compliance_from(&self, node: usize) -> &Compliances {
         let count = self.compliance.partition_point(|part| part.from <= node);
         self.compliance[..count].last().map_or(&[], |part| &part.equations)
     }
 
-    /// The compliances of the step into a node; of node 0, those of the start.
+    /// The compliances of the step that ends at a node; for node 0, those of the start.
     pub(crate) fn compliance_into(&self, node: usize) -> &Compliances {
         self.compliance_from(node.saturating_sub(1))
     }
 
-    /// Refuses a motion that does not reach the end of its grid.
+    /// Checks that the motion reaches the end of its grid.
     pub(crate) fn check_complete(&self, inputs: &Inputs<R>) -> Result<(), Error> {
         let (expected, computed) = (inputs.grid.nodes(), self.computed);
         if expected == computed { Ok(()) } else { Err(Error::Incomplete { expected, computed }) }
@@ -224,7 +224,7 @@ impl<R: Real> Trajectory<R> {
         finite(system, "dΦ/dt", phi_dot)
     }
 
-    /// Refuses inputs that this motion of this system cannot have been computed from.
+    /// Checks that the sizes of the motion fit the system and the inputs.
     pub(crate) fn check_fits(&self, system: &System, inputs: &Inputs<R>) -> Result<(), Error> {
         let (n, m, nodes) = (system.n(), system.m(), self.times.len());
         let restarted = self.restarted.iter().max().map_or(0, |node| node.saturating_add(1));
@@ -256,7 +256,7 @@ impl<R: Real> Trajectory<R> {
         }
     }
 
-    /// A motion of which each number is made of those of this one and of another on the same grid.
+    /// Combines the numbers of this motion with those of another motion on the same grid.
     pub(crate) fn zip_map<A: Real, B: Real>(&self, other: &Trajectory<A>, make: impl Fn(R, A) -> B + Copy) -> Trajectory<B> {
         let matrix = |x: &DMatrix<R>, y: &DMatrix<A>| x.zip_map(y, make);
         let times = |x: &[R], y: &[A]| x.iter().zip(y).map(|(x, y)| make(*x, *y)).collect();
@@ -298,7 +298,7 @@ pub(crate) fn column_mut<R>(matrix: &mut DMatrix<R>, i: usize) -> &mut [R] {
     &mut matrix.as_mut_slice()[i * rows..][..rows]
 }
 
-/// Numbers of all equations at all nodes, if they are finite.
+/// Values of all equations at all nodes; an error if one of them is not finite.
 fn finite<R: Real>(system: &System, what: &str, values: DMatrix<R>) -> Result<DMatrix<R>, Error> {
     let value = |at: usize| values.as_slice()[at].part(0);
     match (0..values.len()).find(|&at| !value(at).is_finite()) {

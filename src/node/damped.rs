@@ -1,14 +1,14 @@
-//! Newton's method with corrections that are shortened until they pay.
+//! Newton's method with corrections that are halved until the residual decreases enough.
 //!
-//! Where forces saturate within a step, as dry friction does, K tells nothing of what lies behind the bend, and whole corrections go to and fro between both
-//! sides of it. Of every residual a part α is taken by a correction α δ if α is small enough, so α is halved until
+//! If forces saturate within a step, as dry friction does, K is not valid beyond the bend, and full corrections alternate between its two sides. A
+//! correction α δ with small α reduces every residual by the fraction α, so α is halved until
 //!
 //! ```text
 //!   |r(x + α δ)| ≤ (1 − α/4) |r(x)|
 //! ```
 //!
-//! in the weighted maximum norm, or the residual may be rounding. It takes more evaluations than whole corrections where these converge, and is for steps in which
-//! they do not.
+//! in the weighted maximum norm, or until the residual may be rounding. This needs more evaluations than full corrections where these converge, and
+//! is used only for steps in which they do not.
 
 use super::convergence::{Convergence, NOISE, STALLED};
 use super::newton::{DIRECT, Newton};
@@ -20,20 +20,20 @@ use crate::number::{add, larger};
 use crate::system::{Given, KnownPart};
 use crate::{Settings, System};
 
-/// What a correction must take of the residual, as a part of what it would take if there were no bends.
+/// Required decrease of the residual, as a fraction of the decrease without bends.
 const ENOUGH: f64 = 0.25;
-/// Corrections are not shortened to less than this part: there is no descent …
+/// Corrections are not shortened below this fraction: there is no descent …
 const SHORTEST: f64 = 1e-9;
-/// … and those that may be noise not to less than this: they are rounding.
+/// … and corrections that may be noise are not shortened below this one: they are rounding.
 const SHORTEST_OF_NOISE: f64 = 1e-3;
-/// Residuals are looked at for so many parts of a correction, each a quarter of the one before.
+/// Number of fractions of a correction at which the residual is evaluated, each a quarter of the previous one.
 const PARTS: i32 = 7;
 
 /// Points x + α δ along a correction.
 pub(super) struct Line {
     /// δ.
     direction: Vec<f64>,
-    /// x, and ℓ there.
+    /// x, and ℓ at x.
     x: Vec<f64>,
     linear: Vec<f64>,
     /// −r(x).
@@ -53,7 +53,7 @@ impl Line {
 }
 
 impl<F: Factorization> Newton<F> {
-    /// Solves a step as [`solve_step`](Self::solve_step) does, from guesses that are farther away, with the size of the velocities before it.
+    /// Solves a step as [`solve_step`](Self::solve_step) does, but from more distant guesses. `size_before` is the size of the previous velocities.
     #[cold]
     pub(crate) fn solve_step_damped(
         &mut self,
@@ -77,7 +77,7 @@ impl<F: Factorization> Newton<F> {
                 scale = self.scale_at_rest();
             }
             let (terms, mut part) = (Sizes { v: scale, sigma: larger(self.size.v, self.floor) }, 1.0);
-            // NaN is no descent, and of rounding nothing can be taken.
+            // NaN is no descent, and a residual that is rounding cannot decrease.
             let pays = |now: Sizes, part: f64| {
                 now.relative_to(terms) <= STALLED.max((1.0 - ENOUGH * part) * before.relative_to(terms))
             };
@@ -113,15 +113,15 @@ impl<F: Factorization> Newton<F> {
         Err(self.diverged(system, settings.max_iterations, convergence.residual, None))
     }
 
-    /// Whether a small part of the correction that was made takes as much of the residual as K says. What does not shrink then may go to and fro over a
-    /// bend; otherwise it is rounding.
+    /// True if a small fraction of the last correction reduces the residual as predicted by K. Corrections that do not shrink may then alternate
+    /// across a bend; otherwise they are rounding.
     ///
     /// ```text
     ///   |r(x + α δ) − (1 − α) r(x)| ≤ α/4 |r(x)|      for some α and α/4
     /// ```
     #[cold]
     pub(super) fn is_smooth_before(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) -> bool {
-        // From its end, to which all comes back.
+        // From the end of the correction, which is restored below.
         self.line.begin(&self.x, &self.linear);
         self.line.direction.copy_from_slice(&self.delta);
         self.take(-1.0);
@@ -144,7 +144,7 @@ impl<F: Factorization> Newton<F> {
         smooth == 2
     }
 
-    /// Goes to the point x + α δ, anew from x: taking back the rest would leave rounding of the whole, which may be far too long.
+    /// Moves to x + α δ, always from the stored x: subtracting the rest of a correction that is far too long would leave its rounding error.
     fn take(&mut self, part: f64) {
         let Line { direction, x, linear, .. } = &self.line;
         self.x.copy_from_slice(x);

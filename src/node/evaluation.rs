@@ -1,4 +1,4 @@
-//! The equations of a step in real numbers: what is linear, what is sinusoidal, and what programs or dual numbers evaluate.
+//! The equations of a step in real numbers: linear terms, sinusoidal terms, and terms evaluated by programs or dual numbers.
 //!
 //! With x = (v, σ) in the solver's order, the residual of a step is r(x) = k + L x + N(x): k and the sparse matrix L
 //! are known when the step begins, and only N and its derivative N′ are evaluated at every iteration.
@@ -13,25 +13,25 @@ use crate::system::{
 };
 use crate::{Error, System};
 
-/// All elements of a system for one set of design variables, and their derivatives at the point evaluated last.
+/// All elements of a system for one set of design variables, and their derivatives at the last evaluated point.
 pub(crate) struct Evaluation {
     pub(crate) constants: Constants,
     sines: Sines,
-    /// What N′ is made of: the states of the angles, then second derivatives of the other elements.
+    /// The parts of N′: states of the angles, then second derivatives of the other elements.
     pub(crate) blocks: Vec<f64>,
     linear: LinearPart,
-    /// The formulas and the design variables that the constants belong to.
+    /// The formulas and the design variables for which the constants were computed.
     fingerprint: Option<u64>,
     design: Vec<f64>,
-    /// The formulas, if they are other ones than were compiled.
+    /// The formulas, if they differ from the compiled ones.
     formulas: Option<Formulas>,
     workspace: Workspace,
     elements: Option<Elements>,
-    /// Of motions that ask for Φ on their way.
+    /// Present in motions that evaluate Φ.
     positions: Option<PositionConstraints>,
 }
 
-/// What elements that are evaluated at every point need besides: their point and sums in the scene's order.
+/// Workspace for elements that are evaluated at every point: their point and sums in the scene's order.
 struct Elements {
     q: Vec<f64>,
     x: Pair,
@@ -64,7 +64,7 @@ impl Evaluation {
         }
     }
 
-    /// Takes over the design variables of a start, and the formulas as they are now.
+    /// Sets the design variables of a start and the current formulas.
     pub(crate) fn set_start(&mut self, system: &System, start: &NodeView<f64>) -> Result<(), Error> {
         let fingerprint = system.fingerprint();
         if self.fingerprint == Some(fingerprint) && self.design == start.design {
@@ -86,37 +86,37 @@ impl Evaluation {
         self.linear.set(system, &self.constants);
         self.design.clear();
         self.design.extend_from_slice(start.design);
-        // What is no number at this start may be one at the next.
+        // Constants that are not finite at this start may be finite at the next one.
         self.fingerprint = self.constants.are_finite().then_some(fingerprint);
         Ok(())
     }
 
-    /// Identifies the formulas that were evaluated.
+    /// Fingerprint of the evaluated formulas.
     pub(crate) fn fingerprint(&self) -> Option<u64> {
         self.fingerprint
     }
 
-    /// The formulas that are evaluated.
+    /// The evaluated formulas.
     pub(crate) fn formulas<'a>(&'a self, system: &'a System) -> &'a Formulas {
         self.formulas.as_ref().unwrap_or(system.formulas())
     }
 
-    /// Takes over the compliances of constraint equations.
+    /// Sets the compliances of constraint equations.
     pub(crate) fn set_compliance(&mut self, compliance: &Compliances) {
         self.linear.set_compliance(compliance);
     }
 
-    /// Takes over what is added to the inertia of coordinates, for factors that serve as a preconditioner.
+    /// Sets the additional inertia of coordinates, for factors that serve as a preconditioner.
     pub(crate) fn set_inertia(&mut self, inertia: &[(usize, f64)]) {
         self.linear.set_inertia(inertia);
     }
 
-    /// Equations that have a compliance, and their μ.
+    /// Equations with a compliance, and their μ.
     pub(crate) fn compliance(&self) -> &Compliances {
         self.linear.compliance()
     }
 
-    /// Prepares L in the matrix for steps of half length h.
+    /// Selects or computes the matrix L for the half step h.
     pub(crate) fn set_step<F: Factorization>(
         &mut self,
         system: &System,
@@ -126,7 +126,7 @@ impl Evaluation {
         self.linear.select(system, h, matrix)
     }
 
-    /// Whether elements other than sums of sines are evaluated at every point: these alone may have terms in the rows of condensed unknowns.
+    /// True if elements other than sums of sines are evaluated at every point; only these may have terms in the rows of condensed unknowns.
     pub(crate) fn has_elements(&self) -> bool {
         self.elements.is_some()
     }
@@ -136,7 +136,7 @@ impl Evaluation {
         self.sines.forget();
     }
 
-    /// −k of r(x) = k + L x + N(x), in the solver's order.
+    /// Writes −k of r(x) = k + L x + N(x), in the solver's order.
     pub(crate) fn step_constants(&self, system: &System, from: &KnownPart, given: Given, r: &mut [f64]) {
         self.constants.step_constants(from, given, system.positions(), r);
         for &(j, mu) in self.linear.compliance() {
@@ -144,7 +144,7 @@ impl Evaluation {
         }
     }
 
-    /// r −= N(x), and what of N′ comes with it; the rest is [`second`](Self::second)'s.
+    /// r −= N(x), with the parts of N′ that are computed along with N; [`second`](Self::second) computes the others.
     pub(crate) fn subtract_nonlinear(
         &mut self,
         system: &System,
@@ -165,9 +165,9 @@ impl Evaluation {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
         formulas.first(system, &at, &mut self.workspace, (sums, rest));
         report.element_evaluations += formulas.assembly.elements();
-        // Of the sums only 𝓛_q + Q is asked for later.
+        // Of the sums only 𝓛_q + Q is needed later.
         let [l_v, force, phi_dot] = sums.parts_mut();
-        // Not 0 · Q: forces have no part at h = 0, finite or not.
+        // Not 0 · Q, which may be NaN: at h = 0 forces do not contribute.
         if from.h != 0.0 {
             l_v.iter_mut().zip(&*force).for_each(|(l_v, force)| *l_v -= from.h * force);
         }
@@ -175,7 +175,7 @@ impl Evaluation {
         by_fours(phi_dot, &system.positions().sigma, |phi_dot, &position| r[position] -= phi_dot);
     }
 
-    /// The second derivatives at the point that was evaluated last, of which N′ is made.
+    /// Computes the second derivatives in N′ at the last evaluated point.
     pub(crate) fn second(&mut self, system: &System, report: &mut Report) {
         if self.elements.is_some() {
             let assembly = &self.formulas.as_ref().unwrap_or(system.formulas()).assembly;
@@ -189,7 +189,7 @@ impl Evaluation {
         self.positions(system).0.evaluate(system, at, phi);
     }
 
-    /// The same at a node, of whose blocks these are.
+    /// Writes Φ at a node with these blocks.
     pub(crate) fn phi_of_node(&mut self, system: &System, at: &NodeView<f64>, blocks: &[f64], phi: &mut [f64]) {
         let (positions, sines) = self.positions(system);
         positions.evaluate_node(system, at, (sines, &blocks[..sines.block_len()]), phi);
@@ -206,7 +206,7 @@ impl Evaluation {
         (positions.get_or_insert_with(make), sines)
     }
 
-    /// Writes 𝓛_q + Q at the point that was evaluated last, which is (q, v) in the scene's order, with the controls u.
+    /// Writes 𝓛_q + Q at the last evaluated point, which is (q, v) in the scene's order, with the controls u.
     pub(crate) fn force(&self, q: &[f64], v: &[f64], u: &[f64], force: &mut [f64]) {
         self.constants.force(q, v, u, force);
         self.sines.add_force(&self.blocks[..self.sines.block_len()], force);
@@ -215,7 +215,7 @@ impl Evaluation {
         }
     }
 
-    /// Assembles K(h) from L and from what N′ is made of.
+    /// Assembles K(h) from L and the parts of N′.
     pub(crate) fn assemble<F: Factorization>(&self, system: &System, h: f64, blocks: &[f64], matrix: &mut Matrix<F>) {
         let values = matrix.reset();
         let (angles, rest) = blocks.split_at(self.sines.block_len());
@@ -232,7 +232,7 @@ impl Evaluation {
         self.formulas(system).assembly.pull_back(rest, with, Wanted::ALL, rows);
     }
 
-    /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state and of controls of constant elements.
+    /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state and of the controls of constant elements.
     pub(crate) fn push_forward(&self, system: &System, blocks: &[f64], along: &NodeView<f64>, sums: &mut Sums<f64>) {
         sums.clear();
         self.constants.push_forward(along, sums);
@@ -257,18 +257,18 @@ impl Evaluation {
         self.formulas(system).assembly.push_forward(rest, (along, Wanted::OF_FORCE), sums);
     }
 
-    /// Adds the derivatives with respect to the state of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction, of sinusoidal elements.
+    /// Adds the derivatives of the directional change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to the state, for sinusoidal elements.
     pub(crate) fn pull_back_along(&self, blocks: &[f64], along: &NodeView<f64>, with: &Covector, rows: &mut CostRows) {
         self.sines.pull_back_along(&blocks[..self.sines.block_len()], along, with, rows);
     }
 
-    /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to u, design variables and time, without those that are constant.
+    /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to u, design variables and time, except constant ones.
     pub(crate) fn pull_back_inputs(&mut self, system: &System, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
         formulas.pull_back_inputs(system, at, with, &mut self.workspace, rows);
     }
 
-    /// Shows what happens to each element that may bend between the ends of a step, along which the arguments change by so much.
+    /// Calls `show` for each element that may bend within a step, with `chord` as the ends of the step and the change of its arguments.
     pub(crate) fn look_within(
         &mut self,
         system: &System,
@@ -280,12 +280,12 @@ impl Evaluation {
         formulas.look_within(system, chord, with, &mut self.workspace, show);
     }
 
-    /// Adds −μ e, the rows of the compliances.
+    /// Adds −μ e, the adjoint rows of the compliances.
     pub(crate) fn pull_back_compliance(&self, e: &[f64], rows: &mut [f64]) {
         self.linear.compliance().iter().for_each(|&(j, mu)| rows[j] -= mu * e[j]);
     }
 
-    /// right −= (∂v + h ∂q, ∂σ) for c = e = 0, in the solver's order: what d alone contributes to the adjoint equations.
+    /// right −= (∂v + h ∂q, ∂σ) for c = e = 0, in the solver's order: the contribution of d alone to the adjoint equations.
     pub(crate) fn subtract_force_rows(&mut self, system: &System, h: f64, blocks: &[f64], d: &[f64], right: &mut [f64]) {
         let positions = system.positions();
         self.constants.subtract_force_rows(h, d, positions, right);

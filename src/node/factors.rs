@@ -1,4 +1,4 @@
-//! Linear equations with K(h) at given points: K x = r and Kᵀ x = r, by the factors that Newton's method has.
+//! Linear equations K x = r and Kᵀ x = r at given points, solved with the factors of Newton's method.
 
 use super::newton::Newton;
 use crate::System;
@@ -15,14 +15,14 @@ impl<F: Factorization> Newton<F> {
         Ok(self.watch_pivots(report))
     }
 
-    /// As `factor`, from the derivatives at the point that was evaluated last, second ones included.
+    /// Factors K(h) with the derivatives at the last evaluated point, including second ones; returns the smallest pivot ratio.
     pub(crate) fn factor_here(&mut self, system: &System, h: f64, report: &mut Report) -> Result<f64, Breakdown> {
         self.assemble(system, h, None, report)?;
         self.matrix.factor(system.symbolic())?;
         Ok(self.watch_pivots(report))
     }
 
-    /// As `factor`, and solves Kᵀ x = r in place, in the solver's order; returns the smallest pivot ratio.
+    /// Factors K(h) as `factor` does and solves Kᵀ x = r in place, in the solver's order; returns the smallest pivot ratio.
     pub(crate) fn factor_and_solve_transposed(
         &mut self,
         system: &System,
@@ -36,17 +36,17 @@ impl<F: Factorization> Newton<F> {
         Ok(self.watch_pivots(report))
     }
 
-    /// Makes the constant part of K(h) the one in use.
+    /// Selects the constant part of K(h).
     pub(crate) fn select_step(&mut self, system: &System, h: f64) -> Result<(), Breakdown> {
         self.evaluation.set_step(system, h, &mut self.matrix)
     }
 
-    /// Puts other factors in the place of those at hand, which they become.
+    /// Exchanges the current factors for `other`.
     pub(crate) fn exchange_factors(&mut self, other: &mut F) {
         self.matrix.exchange_factors(other);
     }
 
-    /// The smallest pivot ratio of the factors at hand.
+    /// The smallest pivot ratio of the current factors.
     pub(crate) fn worst_pivot(&self) -> f64 {
         self.matrix.worst_pivot()
     }
@@ -57,7 +57,7 @@ impl<F: Factorization> Newton<F> {
         self.watch_pivots(report)
     }
 
-    /// Refines the solution x of Kᵀ x = r with the last factors: from x and r to x + K⁻ᵀ (r − Kᵀ x) in the place of r.
+    /// Refines the solution x of Kᵀ x = r with the last factors; replaces r by x + K⁻ᵀ (r − Kᵀ x).
     ///
     /// Returns the size of the correction relative to that of x; NaN for x = 0.
     pub(crate) fn refine_transposed(
@@ -91,12 +91,12 @@ impl<F: Factorization> Newton<F> {
         worst
     }
 
-    /// Takes the last pivots for the sizes of unknowns and equations.
+    /// Computes the weights of unknowns and equations from the last pivots.
     pub(crate) fn weigh(&mut self, system: &System) {
         self.weights.set(system.positions(), self.matrix.reciprocal_pivots(system.symbolic()));
     }
 
-    /// Factors K(h) at any v and σ.
+    /// Factors K(h) at given v and σ.
     pub(crate) fn factor_at(
         &mut self,
         system: &System,
@@ -111,12 +111,12 @@ impl<F: Factorization> Newton<F> {
         self.factor_here(system, from.h, report).map(|_| ())
     }
 
-    /// The unknown whose pivot lost most digits in the last factorisation.
+    /// The unknown whose pivot lost the most digits in the last factorisation.
     pub(crate) fn worst_unknown(&self, system: &System) -> usize {
         self.matrix.worst_unknown(system.symbolic())
     }
 
-    /// The size of velocities, or of coordinates or their changes, which have other units.
+    /// The weighted size of velocities, coordinates or changes of coordinates; the units of the latter differ.
     pub(crate) fn size_of(&self, v: &[f64]) -> f64 {
         self.weights.of_velocities(v.iter().copied())
     }
@@ -130,7 +130,7 @@ impl<F: Factorization> Newton<F> {
 }
 
 impl Newton {
-    /// Whether the K(0) that was factored has more negative eigenvalues than there are constraints: then vᵀM v < 0 for some velocities that these allow.
+    /// True if the factored K(0) has more negative eigenvalues than constraints: then vᵀM v < 0 for some velocities that the constraints allow.
     pub(crate) fn has_negative_mass(&self, system: &System) -> bool {
         self.matrix.negative_eigenvalues(system.symbolic()) > system.m()
     }

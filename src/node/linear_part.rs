@@ -5,25 +5,25 @@ use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::Compliances;
 use crate::system::Constants;
 
-/// L, and which half steps the matrix keeps it for.
+/// L, and the half steps for which the matrix stores it.
 #[derive(Default)]
 pub(super) struct LinearPart {
-    /// Where entries are stored, ascending, and those of L₀, L₁ and L₂.
+    /// Positions of entries, ascending, and their values in L₀, L₁ and L₂.
     entries: Vec<(usize, [f64; 3])>,
-    /// μ of the equations that depend on others.
+    /// Equations with a compliance, and their μ.
     compliance: Vec<(usize, f64)>,
-    /// Coordinates and what is added to their inertia.
+    /// Coordinates, and their additional inertia.
     inertia: Vec<(usize, f64)>,
-    /// The half steps met last; `oldest` is the next to be replaced.
+    /// The last half steps; `oldest` is the next to be replaced.
     steps: Vec<f64>,
     oldest: usize,
 }
 
-/// How many half steps are kept: a composition of steps has few different ones.
+/// Number of stored half steps: a composition of steps has few different ones.
 const KEPT_STEPS: usize = 5;
 
 impl LinearPart {
-    /// Takes over constant derivatives.
+    /// Sets constant derivatives.
     pub(super) fn set(&mut self, system: &System, constants: &Constants) {
         self.entries.clear();
         for (row, col, power, value) in constants.tangent() {
@@ -44,7 +44,7 @@ impl LinearPart {
         self.forget();
     }
 
-    /// Takes over the compliances of constraint equations.
+    /// Sets the compliances of constraint equations.
     pub(super) fn set_compliance(&mut self, compliance: &Compliances) {
         if self.compliance != compliance {
             self.compliance.clear();
@@ -53,7 +53,7 @@ impl LinearPart {
         }
     }
 
-    /// Takes over what is added to the inertia of coordinates.
+    /// Sets the additional inertia of coordinates.
     pub(super) fn set_inertia(&mut self, inertia: &[(usize, f64)]) {
         if self.inertia != inertia {
             self.inertia = inertia.to_vec();
@@ -61,7 +61,7 @@ impl LinearPart {
         }
     }
 
-    /// Equations that have a compliance, and their μ.
+    /// Equations with a compliance, and their μ.
     pub(super) fn compliance(&self) -> &Compliances {
         &self.compliance
     }
@@ -71,7 +71,7 @@ impl LinearPart {
         self.oldest = 0;
     }
 
-    /// Prepares L(h) in the matrix.
+    /// Selects or computes L(h) in the matrix.
     pub(super) fn select<F: Factorization>(
         &mut self,
         system: &System,
@@ -85,7 +85,7 @@ impl LinearPart {
         self.make(system, h, matrix)
     }
 
-    /// Makes L for a half step that was not met before.
+    /// Computes L for a half step that is not stored.
     #[cold]
     fn make<F: Factorization>(&mut self, system: &System, h: f64, matrix: &mut Matrix<F>) -> Result<(), Breakdown> {
         let which = self.oldest;
@@ -93,7 +93,7 @@ impl LinearPart {
         if which >= self.steps.len() {
             self.steps.push(h);
         }
-        // Not to be found again if what follows fails.
+        // If the following fails, this half step is not stored.
         self.steps[which] = f64::NAN;
         let entries = self.entries.iter().map(|&(place, [l_0, l_1, l_2])| (place, l_0 + h * (l_1 + h * l_2)));
         let compliances = self.compliance.iter().map(|&(j, mu)| (system.n() + j, -mu));

@@ -1,4 +1,4 @@
-//! The node problem: the velocities and multipliers of one node, from what a scheme knows of it beforehand.
+//! The node problem: velocities and multipliers of one node, from the known part of the scheme.
 
 mod convergence;
 mod damped;

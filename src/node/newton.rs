@@ -7,22 +7,22 @@
 //!   E2  p* − p*₋ − h (g + g₋) = 0        E4  𝓛_q(q, v, σ) + Q(q, v, u) − g = 0
 //! ```
 //!
-//! E1, E2 and E4 give q, p* and g = ṗ* by insertion. What remains are n + m equations in x = (v, σ),
+//! E1, E2 and E4 give q, p* and g = ṗ* by substitution. There remain n + m equations in x = (v, σ),
 //!
 //! ```text
 //!   r_v = 𝓛_v − h (𝓛_q + Q) − (p*₋ + h g₋) = 0,      r_σ = dΦ/dt = 0,      K = ∂(r_v, r_σ)/∂(v, σ)
 //! ```
 //!
-//! Node 0 is the same with h = 0.
+//! Node 0 satisfies the same equations with h = 0.
 //!
-//! Of r(x) = k + L x + N(x), with L linear, only N is evaluated at every iteration: after a correction δ
+//! In r(x) = k + L x + N(x), with L linear, only N is evaluated at every iteration: after a correction δ
 //!
 //! ```text
 //!   −r(x + δ) = ℓ − N(x + δ),      ℓ(x + δ) = ℓ(x) − L δ,      ℓ(x) = −(k + L x)
 //! ```
 //!
-//! whose terms L δ are as small as the correction and lose no digits. The unknowns that occur in L alone (condensed ones) are eliminated
-//! before the first iteration, which makes S of L, and found after the last.
+//! where the terms L δ are as small as the correction and lose no digits. The unknowns that occur in L alone (condensed ones) are eliminated before
+//! the first iteration and computed after the last.
 
 use super::convergence::Convergence;
 use super::damped::Line;
@@ -35,23 +35,23 @@ use crate::number::{add, all_finite, larger};
 use crate::system::{Given, KnownPart, NodeView, Pair};
 use crate::{Settings, System};
 
-/// A residual below this fraction of its terms, times the root of the number of unknowns, is rounding: errors add up along a chain.
+/// A residual below this fraction of its terms, times the square root of the number of unknowns, is rounding: errors add up along a chain.
 const ROUNDING: f64 = 2e-15;
-/// Velocities below this fraction of what the momenta would give are small: v is a difference of such terms, and its rounding is theirs.
+/// Velocities below this fraction of those that the momenta alone would give are small: v is a difference of such terms, and has their rounding error.
 pub(crate) const SMALL: f64 = 1e-2;
 
-/// Velocities below this fraction of what the momenta would give may be rounding, and need not be guessed.
+/// Velocities below this fraction of those that the momenta alone would give may be rounding, and no guess is expected to predict them.
 pub(crate) const STILL: f64 = 1e-10;
 
 /// Corrections below this fraction of the largest velocity or coordinate are rounding once they have stopped shrinking.
 const ULPS: f64 = 1e3 * f64::EPSILON;
 
-/// A solution whose velocities differ from the guess by more than this times all that was there before belongs to another motion …
+/// A solution whose velocities differ from the guess by more than this multiple of the sizes before it belongs to another motion …
 const FAR: f64 = 10.0;
-/// … if it took more iterations than this to find it.
+/// … if Newton's method needed more iterations than this.
 pub(super) const DIRECT: usize = 3;
 
-/// By how much the first correction of a step changed the velocities of its guess, and how large those were; infinite for a guess at rest.
+/// Size of the change of the velocities by the first correction of a step, and their size in the guess; infinite for a guess at rest.
 pub(crate) struct Miss {
     pub(crate) change: f64,
     pub(crate) guess: f64,
@@ -62,23 +62,23 @@ pub(crate) struct Newton<F = BlockLu> {
     pub(crate) evaluation: Evaluation,
     pub(super) matrix: Matrix<F>,
     pub(super) condensed: usize,
-    /// The relative residual below which there is nothing but rounding.
+    /// The relative residual below which a residual is rounding.
     pub(super) rounding: f64,
-    /// (v, σ) of the iterate; condensed unknowns are found at the end.
+    /// (v, σ) of the iterate; condensed unknowns are computed at the end.
     pub(super) x: Vec<f64>,
-    /// −k, reduced, for the condensed unknowns and ℓ for the others.
+    /// −k, reduced, for the condensed unknowns, and ℓ for the others.
     pub(super) linear: Vec<f64>,
     /// −r, then a correction.
     pub(super) delta: Vec<f64>,
-    /// Along a correction.
+    /// Points along a correction.
     pub(super) line: Line,
     pub(super) transposed: TransposedProduct,
     pub(crate) weights: UnitWeights,
-    /// |v| and |σ| in the weighted maximum norm, which corrections are compared with.
+    /// |v| and |σ| in the weighted maximum norm, with which corrections are compared.
     pub(super) size: Sizes,
-    /// What counts as small for them.
+    /// Lower bound of these sizes in comparisons.
     pub(super) floor: f64,
-    /// Of the last step.
+    /// Miss of the guess of the last step.
     pub(crate) miss: Miss,
 }
 
@@ -103,7 +103,7 @@ impl<F: Factorization> Newton<F> {
         }
     }
 
-    /// 𝓛_v at a point, in the scene's order; the evaluation's blocks are those of the point then.
+    /// Writes 𝓛_v at a point, in the scene's order; the evaluation's blocks then belong to this point.
     pub(crate) fn l_v(&mut self, system: &System, at: &NodeView<f64>, l_v: &mut [f64], report: &mut Report) {
         self.load(system, at.v, at.sigma);
         let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: &[] };
@@ -115,7 +115,7 @@ impl<F: Factorization> Newton<F> {
         l_v.iter_mut().zip(&system.positions().v).for_each(|(l_v, &position)| *l_v -= self.delta[position]);
     }
 
-    /// 𝓛_v and dΦ/dt likewise.
+    /// Writes 𝓛_v and dΦ/dt at a point, in the scene's order; the evaluation's blocks then belong to this point.
     pub(crate) fn l_v_and_phi_dot(&mut self, system: &System, at: &NodeView<f64>, left: &mut Pair, report: &mut Report) {
         self.l_v(system, at, &mut left.v, report);
         self.evaluation.constants.phi_dot(at, &mut left.sigma);
@@ -168,7 +168,7 @@ impl<F: Factorization> Newton<F> {
             if scale == 0.0 {
                 scale = self.scale_at_rest();
             }
-            // Momentum equations against their terms, velocity constraints against the velocities.
+            // Momentum equations are compared with their terms, velocity constraints with the velocities.
             let terms = Sizes { v: scale, sigma: larger(self.size.v, self.floor) };
             if convergence.is_reached(correction, self.weights.of_residual(&self.delta), terms, self.size.sigma) {
                 if iteration > DIRECT {
@@ -181,14 +181,14 @@ impl<F: Factorization> Newton<F> {
         Err(self.diverged(system, settings.max_iterations, convergence.residual, None))
     }
 
-    /// The size of the terms of momentum equations that begin at rest without forces: what there is of momentum comes from driven joints.
+    /// Size of the terms of momentum equations if the motion begins at rest without forces: then only driven joints cause momentum.
     #[cold]
     pub(super) fn scale_at_rest(&self) -> f64 {
         let linear = self.matrix.largest_constant_product(&self.x, |k| self.weights.of_equation(self.condensed + k));
         linear.max(self.weights.of_residual(&self.linear).v)
     }
 
-    /// Whether the correction that was made is what velocities or coordinates are rounded by.
+    /// True if the last correction is within the rounding of velocities or coordinates.
     #[cold]
     pub(super) fn is_rounding(&self, system: &System, from: &KnownPart) -> bool {
         let (mut change, mut v, mut q) = (0.0f64, 0.0f64, 0.0f64);
@@ -201,13 +201,13 @@ impl<F: Factorization> Newton<F> {
         change <= ULPS * v || from.h.abs() * change <= ULPS * q
     }
 
-    /// Whether it is that, or no small part of it takes of the residual what it should.
+    /// True if the last correction is rounding, or if no small fraction of it reduces the residual as predicted.
     #[cold]
     fn is_noise(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) -> bool {
         self.is_rounding(system, from) || !self.is_smooth_before(system, from, given, report)
     }
 
-    /// Refuses a solution whose velocities are far from their guess, in parts of a size.
+    /// Rejects a solution whose velocities are far from their guess, relative to `size`.
     #[cold]
     pub(super) fn see_that_it_is_near(
         &self,
@@ -219,9 +219,9 @@ impl<F: Factorization> Newton<F> {
         if jump > FAR { Err(self.diverged(system, iteration, residual, Some(jump))) } else { Ok(()) }
     }
 
-    // What follows is part of the loop above, which the hot path runs; damped steps call it, too.
+    // The following functions are part of the loop above, which is the hot path; damped steps call them, too.
 
-    /// ℓ and −r at the first guess; returns the size of the terms in r, p*₋ + h g₋.
+    /// Computes ℓ and −r at the first guess; returns the size of the terms in r, p*₋ + h g₋.
     #[inline(always)]
     pub(super) fn begin(
         &mut self,
@@ -238,7 +238,7 @@ impl<F: Factorization> Newton<F> {
         self.delta.fill(0.0);
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
         if self.evaluation.has_elements() {
-            // What N has in the rows of condensed unknowns depends on time at most, and is known.
+            // N depends at most on time in the rows of condensed unknowns, so it is known there.
             add(&mut self.linear[..self.condensed], &self.delta);
         }
         self.matrix.reduce(&mut self.linear);
@@ -252,7 +252,7 @@ impl<F: Factorization> Newton<F> {
 
     /// One correction of the unknowns that are not condensed, K δ = −r and x += δ; returns the size of its velocities, and its relative size.
     ///
-    /// K is that of the present point, or, if its factors will do, of the point before.
+    /// K belongs to the current point or, if its factors suffice, to the previous one.
     #[inline(always)]
     pub(super) fn correct(
         &mut self,
@@ -290,7 +290,7 @@ impl<F: Factorization> Newton<F> {
         self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
     }
 
-    /// The second derivatives, the condensed unknowns, q and 𝓛_q + Q at the solution.
+    /// Computes the second derivatives, the condensed unknowns, q and 𝓛_q + Q at the solution.
     #[inline(always)]
     pub(super) fn finish(
         &mut self,
@@ -314,7 +314,7 @@ impl<F: Factorization> Newton<F> {
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
 
-    /// The largest weighted difference of the velocities found from the first guess, condensed ones left out.
+    /// The largest weighted difference between the computed velocities and the first guess, without condensed ones.
     fn distance(&self, system: &System, guess: &[f64]) -> f64 {
         let positions = system.positions().v.iter().zip(guess);
         let differences =

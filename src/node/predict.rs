@@ -2,13 +2,13 @@
 
 use crate::Trajectory;
 
-/// Beyond this sum of |weights| rounding and roughness are amplified too much, and fewer nodes are used.
+/// Upper bound of Σ |weights|: beyond it rounding and roughness are amplified too much, and fewer nodes are used.
 const MOST_AMPLIFICATION: f64 = 40.0;
 
 /// Extrapolation by the polynomial in t through the last nodes.
 pub(crate) struct Predictor {
     weights: [f64; Predictor::MOST],
-    /// The steps that the weights belong to, the one to be predicted last.
+    /// The steps for which the weights were computed; the last one is to be predicted.
     steps: [f64; Predictor::MOST],
     used: usize,
     /// (v, σ) of a stage between nodes.
@@ -20,11 +20,11 @@ impl Predictor {
         Predictor { weights: [0.0; Self::MOST], steps: [0.0; Self::MOST], used: 0, guess: vec![0.0; n + m] }
     }
 
-    /// The most nodes to extrapolate through.
+    /// Largest number of nodes in an extrapolation.
     pub(crate) const MOST: usize = 5;
 
-    /// Writes the guess for a stage of the step into column `i`, from the nodes before, which lie at the beginnings of these steps, and from the stages
-    /// before it in the last of them.
+    /// Writes the guess for stage `s` of the last of these steps into column `i`. It extrapolates through the nodes at which the steps begin and
+    /// through the previous stages of the last step.
     pub(crate) fn predict(&mut self, steps: &[f64], trajectory: &mut Trajectory, i: usize, s: usize) {
         if trajectory.scheme.inner() > 0 {
             self.predict_stage(steps, trajectory, (i, s));
@@ -39,7 +39,7 @@ impl Predictor {
         }
     }
 
-    /// Writes the weighted sum of the nodes before.
+    /// Writes the weighted sum of the previous nodes.
     fn extrapolate(&self, before: &[f64], now: &mut [f64]) {
         let rows = now.len();
         let node = |k: usize| &before[k * rows..][..rows];
@@ -84,7 +84,7 @@ impl Predictor {
         now.v.iter_mut().chain(now.sigma).zip(&self.guess).for_each(|(x, guess)| *x = *guess);
     }
 
-    /// Finds the weights for the last steps, the one to be predicted included.
+    /// Computes the weights for the last steps, including the one to be predicted.
     fn prepare(&mut self, steps: &[f64]) {
         if self.used == steps.len() && self.steps[..self.used] == *steps {
             return;
@@ -93,12 +93,12 @@ impl Predictor {
         self.used = (1..=most).rev().find(|&used| self.find_weights(&steps[most - used..])).unwrap_or(1);
         self.steps[..most].copy_from_slice(steps);
         if self.used < most {
-            // Weights of the last of these steps: not to be taken for those of the first.
+            // The weights belong to the last of these steps only and must not be reused for all of them.
             self.steps[0] = f64::NAN;
         }
     }
 
-    /// The weights of the nodes where the steps begin, at the end of the last; false if too large.
+    /// Computes the weights, at the end of the last step, of the nodes at which the steps begin; false if they are too large.
     fn find_weights(&mut self, steps: &[f64]) -> bool {
         let used = steps.len();
         let mut distances = [0.0; Self::MOST];
@@ -108,7 +108,7 @@ impl Predictor {
         self.weigh(&distances[..used])
     }
 
-    /// Lagrange's weights w_j = Π d_l/(d_l − d_j) of values that lie so far before the one to be predicted; false if too large.
+    /// Lagrange's weights w_j = Π d_l/(d_l − d_j) of values at these distances before the predicted one; false if they are too large.
     fn weigh(&mut self, distances: &[f64]) -> bool {
         for (j, of_j) in distances.iter().enumerate() {
             let others = distances.iter().enumerate().filter(|(l, _)| *l != j);
@@ -128,10 +128,10 @@ mod tests {
         assert!(predictor.find_weights(&[0.5; 5]));
         assert_eq!(predictor.weights, [1.0, -5.0, 10.0, -10.0, 5.0]);
         assert!(!predictor.find_weights(&[0.5, 0.0, 0.5]));
-        // Forth, back and forth again: the end lies where node 1 does.
+        // Forward, back and forward again: the end coincides with node 1.
         predictor.prepare(&[1.0, -1.0, 1.0]);
         assert_eq!((predictor.used, &predictor.weights[..2]), (2, &[1.0, 0.0][..]));
-        // The first two of three steps, of which the last two were used.
+        // The first two of three steps; only the last two of them were used above.
         predictor.prepare(&[0.1, 1.0, 1.5]);
         assert_eq!((predictor.used, &predictor.weights[..2]), (2, &[-1.5, 2.5][..]));
         predictor.prepare(&[0.1, 1.0]);

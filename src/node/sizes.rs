@@ -1,4 +1,4 @@
-//! How large velocities and multipliers are, or the residuals of their equations, in units that make them comparable.
+//! Sizes of velocities, multipliers and the residuals of their equations, in comparable units.
 
 use crate::number::larger;
 use crate::system::{Pair, Positions};
@@ -15,21 +15,21 @@ impl Sizes {
         Sizes { v: larger(self.v, floor), sigma: larger(self.sigma, floor) }
     }
 
-    /// The larger of both, which have one unit.
+    /// The larger of both sizes, which have the same unit.
     pub(crate) fn largest(self) -> f64 {
         larger(self.v, self.sigma)
     }
 
-    /// This relative to another, the larger of the two ratios.
+    /// The larger of the two ratios of these sizes to others.
     pub(crate) fn relative_to(self, other: Sizes) -> f64 {
         let ratio = |x: f64, to: f64| if x == 0.0 { 0.0 } else { x / to };
         ratio(self.v, other.v).max(ratio(self.sigma, other.sigma))
     }
 }
 
-/// What numbers weigh as velocities, and as multipliers, by positions: one of the two is zero.
+/// The weights of each position as a velocity and as a multiplier; one of the two is zero.
 enum Weights {
-    /// Where there are no multipliers.
+    /// For systems without multipliers.
     Velocities(Vec<f64>),
     Both(Vec<[f64; 2]>),
 }
@@ -54,7 +54,7 @@ impl Weights {
     }
 
     /// The largest weighted velocity and the largest weighted multiplier, from a position on.
-    // By itself: it is called from six places of a step.
+    // Not inlined, because a step calls it at six places.
     #[inline(never)]
     fn sizes(&self, x: &[f64], from: usize) -> Sizes {
         let x = &x[from..];
@@ -65,7 +65,7 @@ impl Weights {
     }
 }
 
-/// The largest weighted number.
+/// The largest weighted absolute value.
 #[inline(always)]
 fn largest_weighted(x: &[f64], weights: &[f64]) -> f64 {
     let ((fours, rest), (of_fours, of_rest)) = (x.as_chunks::<4>(), weights.as_chunks::<4>());
@@ -80,7 +80,7 @@ fn largest_weighted(x: &[f64], weights: &[f64]) -> f64 {
 
 /// The largest weighted velocity and the largest weighted multiplier.
 ///
-/// Pairs of maxima: compilers make good vectors of them for all sets of instructions, which they do not of maxima beside minima.
+/// Compilers vectorise pairs of maxima well for all instruction sets, but not maxima beside minima.
 #[inline(always)]
 fn largest_of_both(x: &[f64], weights: &[[f64; 2]]) -> Sizes {
     let ((fours, rest), (of_fours, of_rest)) = (x.as_chunks::<4>(), weights.as_chunks::<4>());
@@ -103,18 +103,18 @@ fn larger_of_pair(most: [f64; 2], x: f64, weight: [f64; 2]) -> [f64; 2] {
     [larger(most[0], x.abs() * weight[0]), larger(most[1], x.abs() * weight[1])]
 }
 
-/// The same of numbers that are made one by one.
+/// The largest weighted absolute value of an iterator.
 fn largest(x: impl Iterator<Item = f64>, weights: &[f64]) -> f64 {
     x.zip(weights).fold(0.0, |size, (x, weight)| larger(size, x.abs() * weight))
 }
 
-/// What makes unknowns of different units comparable, and the residuals of their equations.
+/// Weights that make unknowns of different units comparable, and the residuals of their equations.
 pub(crate) struct UnitWeights {
     /// In the solver's order.
     of_unknowns: Weights,
     of_equations: Weights,
     condensed: usize,
-    /// The same in the scene's order.
+    /// Weights in the scene's order.
     unknowns: Pair,
     equations: Pair,
 }
@@ -125,7 +125,7 @@ impl UnitWeights {
         UnitWeights { of_unknowns, of_equations, condensed, unknowns: Pair::new(n, m), equations: Pair::new(n, m) }
     }
 
-    /// Takes the roots of pivots p: √p v, σ/√p and so on have one unit, √J, whatever the units of the coordinates are.
+    /// Computes the weights from the square roots of pivots p: √p v, σ/√p and so on have one unit, √J, for any units of the coordinates.
     pub(crate) fn set(&mut self, positions: &Positions, reciprocal_pivots: impl Iterator<Item = f64>) {
         let UnitWeights { of_unknowns, of_equations, unknowns, equations, .. } = self;
         let roots = reciprocal_pivots.map(|reciprocal| reciprocal.abs().sqrt());
@@ -150,27 +150,27 @@ impl UnitWeights {
         self.of_unknowns.sizes(x, 0)
     }
 
-    /// The sizes of unknowns, condensed ones left out.
+    /// The sizes of the unknowns that are not condensed.
     pub(crate) fn of(&self, x: &[f64]) -> Sizes {
         self.of_unknowns.sizes(x, self.condensed)
     }
 
-    /// The sizes of residuals of the same equations.
+    /// The sizes of the residuals of these equations.
     pub(crate) fn of_residual(&self, r: &[f64]) -> Sizes {
         self.of_equations.sizes(r, self.condensed)
     }
 
-    /// The weight of an equation, of a velocity or a multiplier, by its position.
+    /// The weight of the equation at a position, for velocities and multipliers.
     pub(crate) fn of_any_equation(&self, position: usize) -> f64 {
         self.of_equations.get(position).into_iter().sum()
     }
 
-    /// The weight of a velocity's equation, by its position; 0 for a multiplier's.
+    /// The weight of the equation at a position, for velocities; 0 for multipliers.
     pub(crate) fn of_equation(&self, position: usize) -> f64 {
         self.of_equations.get(position)[0]
     }
 
-    /// The weights of velocities' equations and of multipliers, in the scene's order.
+    /// The weights of momenta, in the scene's order.
     pub(crate) fn momenta(&self) -> &[f64] {
         &self.equations.v
     }
@@ -179,22 +179,22 @@ impl UnitWeights {
         &self.unknowns.sigma
     }
 
-    /// The largest velocity, of those in the scene's order.
+    /// The largest weighted velocity, in the scene's order.
     pub(crate) fn of_velocities(&self, v: impl Iterator<Item = f64>) -> f64 {
         largest(v, &self.unknowns.v)
     }
 
-    /// The largest multiplier, of those in the scene's order.
+    /// The largest weighted multiplier, in the scene's order.
     pub(crate) fn of_multipliers(&self, sigma: impl Iterator<Item = f64>) -> f64 {
         largest(sigma, &self.unknowns.sigma)
     }
 
-    /// The largest multiplier's equation, of those in the scene's order.
+    /// The largest weighted residual of a constraint equation, in the scene's order.
     pub(crate) fn of_equations(&self, r: &[f64]) -> f64 {
         largest(r.iter().copied(), &self.equations.sigma)
     }
 
-    /// The largest momentum, of those in the scene's order.
+    /// The largest weighted momentum, in the scene's order.
     pub(crate) fn of_momenta(&self, p_star: &[f64]) -> f64 {
         largest(p_star.iter().copied(), &self.equations.v)
     }

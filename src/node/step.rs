@@ -1,8 +1,8 @@
-//! What a step begins with and what it leads to.
+//! The unknowns of a step, and the reasons for which it can fail.
 
 use crate::linear::Breakdown;
 
-/// The unknowns of a step and what follows from them; v and σ hold the first guess.
+/// The unknowns of a step and the quantities that follow from them; v and σ hold the first guess.
 pub(crate) struct Unknowns<'a> {
     pub(crate) q: &'a mut [f64],
     pub(crate) v: &'a mut [f64],
@@ -11,22 +11,22 @@ pub(crate) struct Unknowns<'a> {
     pub(crate) p_star_dot: &'a mut [f64],
 }
 
-/// Why a step has no solution.
+/// The reason why a step has no solution.
 pub(crate) enum StepFailure {
     Singular(Breakdown),
     Diverged {
         iterations: usize,
         residual: f64,
         unknown: usize,
-        /// Of a solution that was refused: by how much its velocities differ from the guess, in sizes of both.
+        /// For a rejected solution: the difference of its velocities from the guess, relative to the sizes of both.
         jump: Option<f64>,
     },
-    /// The projection onto Φ = 0.
+    /// The projection onto Φ = 0 does not converge.
     Projection {
         iterations: usize,
         correction: f64,
     },
-    /// A kinetic energy with a term linear in v, which no projection knows: the coordinate and T_v(q, 0).
+    /// The kinetic energy has a term linear in v, which projections do not support: the coordinate and T_v(q, 0).
     LinearEnergy {
         coordinate: usize,
         momentum: f64,
@@ -35,7 +35,7 @@ pub(crate) enum StepFailure {
 }
 
 impl StepFailure {
-    /// Whether more iterations might have done it.
+    /// True if more iterations might have succeeded.
     pub(crate) fn is_unfinished(&self) -> bool {
         matches!(self, StepFailure::Diverged { residual, .. } if residual.is_finite())
     }

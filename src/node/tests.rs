@@ -1,4 +1,4 @@
-//! The node problem by another linear solver: only the trait stands between the two.
+//! The node problem solved with another linear solver through the same trait.
 
 use super::{Newton, Unknowns};
 use crate::linear::{BlockLu, DenseLu, Factorization};

@@ -1,7 +1,7 @@
-//! Kᵀ x from the derivatives that K is made of, for the residual of the adjoint equations Kᵀ x = r.
+//! Kᵀ x from the derivatives of which K is assembled, for the residual of the adjoint equations Kᵀ x = r.
 //!
 //! The factors of a nearly singular K give x with an error of ε/p² (p the smallest pivot ratio), since the rounding of one equation's large terms
-//! reaches all others. One step of iterative refinement, x += K⁻ᵀ (r − Kᵀ x), makes the error of every equation the rounding of its own terms
+//! reaches all others. One step of iterative refinement, x += K⁻ᵀ (r − Kᵀ x), reduces the error of every equation to the rounding of its own terms
 //! (Skeel, *Math. Comp.* 35 (1980), 817–832), as Newton's corrections do for the motion itself.
 
 use super::evaluation::Evaluation;

@@ -1,4 +1,4 @@
-//! What a step gets wrong, as far as the step itself can tell.
+//! Estimate of the local error of a step.
 //!
 //! ```text
 //!   with embedded weights b̂      δ = Δt Σ_s (a_Ss − b̂_s) ẋ_s
@@ -6,19 +6,19 @@
 //!   at the first step            δ = x_{n+1} − x_n − Δt ẋ_n
 //! ```
 //!
-//! The second, the difference to the explicit extrapolation of Adams and Bashforth, is the local error −Δt³ x‴/12 of the trapezoidal rule to leading order.
+//! The second formula is the difference from the explicit Adams–Bashforth extrapolation; to leading order, it is the local error −Δt³ x‴/12.
 
 use super::Scheme;
 
 impl Scheme {
-    /// The power of Δt that the estimate falls with.
+    /// The power of Δt with which the estimate decreases.
     pub(crate) fn estimate_order(&self) -> usize {
         let other = if self.embedded.is_empty() { 2 } else { self.embedded_order };
         self.order.min(other) + 1
     }
 }
 
-/// δ for x with the rates `rate(s)` at the stages 0 … S, and, without embedded weights, ẋ_{n−1} and Δt₋ of the step before.
+/// Writes δ for x with the rates `rate(s)` at the stages 0 … S. `before`: Δt₋ and ẋ_{n−1} of the previous step, used without embedded weights.
 pub(crate) fn local_error<'a>(
     scheme: &Scheme,
     dt: f64,

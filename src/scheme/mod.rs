@@ -1,4 +1,4 @@
-//! How nodes follow from each other: tables, the known part of a node problem, and the carried part of its adjoint.
+//! Schemes: tables, the known part of a node problem, and its transpose in the adjoint equations.
 //!
 //! Stage s of a step of length Δt from node n is at t_n + c_s Δt, and with ẋ = (v, ṗ*) for x = (q, p*)
 //!
@@ -6,8 +6,8 @@
 //!   x_s = x̄ + h ẋ_s,     h = Δt a_ss,     x̄ = x_n + Δt Σ_{j<s} a_sj ẋ_j        (stage 0: node n; the last stage: node n + 1)
 //! ```
 //!
-//! Everything that is specific to a scheme is in (x̄, h). What remains to be solved is the same problem for all of them (`node/`).
-//! The adjoint variables a_s and b_s of these equations are carried back the same way: to node n go
+//! Only (x̄, h) depends on the scheme; the remaining problem is the same for all schemes (`node/`). The transposed equations carry the adjoint
+//! variables a_s and b_s back to node n as
 //!
 //! ```text
 //!   A = Σ a_r,    α = Δt Σ a_r0 a_r,        and to stage s > 0:   A = 0,    α = Δt Σ_{r>s} a_rs a_r        (B, β with b_r)

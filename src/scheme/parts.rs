@@ -1,9 +1,9 @@
-//! The known part of a stage, and its transpose: what the adjoint variables of later stages carry back to one.
+//! The known part of a stage, and its transpose: the contributions of the adjoint variables of later stages.
 
 use super::Scheme;
 use crate::number::Real;
 
-/// x̄ = x_n + Δt Σ_{j<s} a_sj ẋ_j, with the rate at node n and those of later stages.
+/// x̄ = x_n + Δt Σ_{j<s} a_sj ẋ_j, from x and its rate at node n and from the rates at the stages 1 … s − 1.
 #[inline]
 pub(crate) fn known_part<'a, R: Real>(
     (scheme, s): (&Scheme, usize),
@@ -23,7 +23,7 @@ pub(crate) fn known_part<'a, R: Real>(
     }
 }
 
-/// The adjoint variables of a stage: of x_s = …, of p* = 𝓛_v, of g = 𝓛_q + Q, and of dΦ/dt = 0.
+/// The adjoint variables of a stage: a and b of x_s = …, c of p* = 𝓛_v, d of g = 𝓛_q + Q, and e of dΦ/dt = 0.
 #[derive(Clone, Default)]
 pub(crate) struct StageAdjoint {
     pub(crate) a: Vec<f64>,
@@ -39,9 +39,9 @@ impl StageAdjoint {
     }
 }
 
-/// What adjoint variables of later stages add to the equations of a stage: A, B, Σ e_r for compliances, α and β.
+/// Contributions of the adjoint variables of later stages to the equations of a stage: A, B, Σ e_r for compliances, α and β.
 ///
-/// α is `factor` A + `alpha`: with one stage it is a multiple of A, and nothing is summed.
+/// α is `factor` A + `alpha`: with one stage it is a multiple of A, and no sum is needed.
 pub(crate) struct Carried {
     pub(crate) a: Vec<f64>,
     pub(crate) b: Vec<f64>,
@@ -62,7 +62,7 @@ impl Carried {
         self.factor = 0.0;
     }
 
-    /// All of the only stage of a step, which is done with.
+    /// Moves the adjoint variables of the only stage of a step here; they are not needed there any more.
     #[inline]
     fn take(&mut self, only: &mut StageAdjoint, factor: f64) {
         std::mem::swap(&mut self.a, &mut only.a);
@@ -71,7 +71,7 @@ impl Carried {
         self.factor = factor;
     }
 
-    // By itself, so that one stage has nothing to do with it.
+    // A separate function: it is not needed with one stage.
     #[inline(never)]
     fn sum(&mut self, (scheme, s): (&Scheme, usize), dt: f64, stages: &[StageAdjoint]) {
         self.clear();
@@ -94,8 +94,8 @@ impl Carried {
     }
 }
 
-/// What the stages s + 1 … S of a step of length Δt, of which `stages` has the adjoint variables, carry back to stage s (s = 0: to the node at which
-/// the step begins, and then they are done with).
+/// Contributions of the stages s + 1 … S, with the adjoint variables `stages`, to stage s of a step of length Δt. For s = 0 they belong to the node
+/// at which the step begins; `stages` is not needed afterwards.
 #[inline]
 pub(crate) fn carried_part((scheme, s): (&Scheme, usize), dt: f64, stages: &mut [StageAdjoint], into: &mut Carried) {
     match stages {
@@ -112,7 +112,7 @@ fn add(sum: &mut [f64], factor: f64, x: &[f64]) {
 mod tests {
     use super::*;
 
-    /// Σ_s (a_s, x̄_s) over a step, with the rates as variables: both sides of the transpose.
+    /// Compares Σ_s (a_s, x̄_s) over a step, computed with the known part, with the same sum computed with the carried part.
     #[test]
     fn the_carried_part_is_the_transpose_of_the_known_part() {
         for scheme in Scheme::ALL {

@@ -21,14 +21,14 @@ use crate::Error;
 /// | [`ESDIRK4`](Self::ESDIRK4) | 5 | 4 | L-stable |
 /// | [`ESDIRK5`](Self::ESDIRK5) | 7 | 5 | L-stable |
 ///
-/// An L-stable method damps components whose decay time is much shorter than a step, and does so within one step; with the trapezoidal rule
-/// they oscillate undamped. It also removes energy from fast vibrations. Use the trapezoidal rule, or a [`Composition`](crate::Composition)
+/// An L-stable method damps components whose decay time is much shorter than a step, and does so within one step; with the trapezoidal rule they
+/// oscillate undamped. L-stable methods also remove energy from fast vibrations. Use the trapezoidal rule, or a [`Composition`](crate::Composition)
 /// of it, for long conservative motions.
 ///
 /// Controls are linear between nodes. [`Sum::Integral`](crate::Sum::Integral) sums a running cost with the order of the method.
 ///
-/// You can define a scheme by its own Butcher tableau. It is validated before a motion is computed, including the quadrature conditions for
-/// the order of the method and for that of the embedded method.
+/// You can define a scheme by its own Butcher tableau. It is validated before a motion is computed; the validation includes the quadrature conditions
+/// for the orders of the method and of the embedded method.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Scheme, Settings, gradient, scenes::CartPendulum};
@@ -55,9 +55,9 @@ pub struct Scheme {
     pub embedded_order: usize,
 }
 
-/// Sums of weights may differ by rounding from what they should be.
+/// Relative tolerance for the sum of the weights, which is exact up to rounding.
 const ROUNDING: f64 = 1e-12;
-/// Tables are printed with ten digits or more.
+/// Relative tolerance for the other conditions, since tables are printed with ten digits or more.
 const DIGITS: f64 = 1e-8;
 
 impl Scheme {
@@ -66,12 +66,12 @@ impl Scheme {
         self.rows.len()
     }
 
-    /// The stages between the nodes.
+    /// Number of stages between the nodes.
     pub(crate) const fn inner(&self) -> usize {
         self.rows.len() - 1
     }
 
-    /// a_sj.
+    /// The coefficient a_sj.
     #[inline]
     pub(crate) fn a(&self, s: usize, j: usize) -> f64 {
         self.rows[s - 1][j]
@@ -86,17 +86,17 @@ impl Scheme {
         }
     }
 
-    /// The weights of an integral over a step: the last row.
+    /// The weight of stage `s` in an integral over a step, from the last row.
     pub(crate) fn weight(&self, s: usize) -> f64 {
         self.rows[self.inner()][s]
     }
 
-    /// Whether a stage is solved as the trapezoidal rule is, with nothing between the nodes.
+    /// True if the method is the trapezoidal rule, which has no stages between the nodes.
     pub(crate) fn is_trapezoidal(&self) -> bool {
         *self.rows == *Scheme::TRAPEZOIDAL.rows
     }
 
-    /// Refuses what is no table of this kind.
+    /// Checks that the table is one of a diagonally implicit method of the stated orders.
     pub(crate) fn check(&self) -> Result<(), Error> {
         let refused = |what: &str, value: f64, must_be| {
             Err(Error::Parameter { what: format!("`{}`: {what}", self.name), value, must_be })
@@ -113,11 +113,7 @@ impl Scheme {
                 return refused(&format!("an entry of row {s}"), value, "finite");
             }
             if row[s] == 0.0 {
-                return refused(
-                    &format!("the diagonal entry of row {s}"),
-                    0.0,
-                    "another number than 0: stages are implicit",
-                );
+                return refused(&format!("the diagonal entry of row {s}"), 0.0, "nonzero, because stages are implicit");
             }
         }
         if self.order == 0 {
@@ -125,7 +121,7 @@ impl Scheme {
         }
         if let Some((power, sum)) = self.missed(last, self.order) {
             return match power {
-                0 => refused("the sum of the last row", sum, "1: it ends the step"),
+                0 => refused("the sum of the last row", sum, "1, because the last stage is the end of the step"),
                 _ => refused(&format!("Σ b c^{power} with the last row"), sum, "1/(k + 1) for c^k, with k below the order"),
             };
         }
@@ -150,13 +146,13 @@ impl Scheme {
             None if self.embedded == last => refused(
                 "the largest difference of the embedded weights from the last row",
                 0.0,
-                "more than 0: it estimates the error of a step",
+                "more than 0, because it estimates the error of a step",
             ),
             None => Ok(()),
         }
     }
 
-    /// The first power of c, below the order, that weights do not integrate over a step, ∫₀¹ cᵏ dc = 1/(k + 1), and what they give for it.
+    /// The first power k below the order for which Σ b cᵏ differs from ∫₀¹ cᵏ dc = 1/(k + 1), and this sum.
     fn missed(&self, weights: &[f64], order: usize) -> Option<(i32, f64)> {
         let sum = |power: i32| -> f64 { weights.iter().enumerate().map(|(s, b)| b * self.c(s).powi(power)).sum() };
         let is_missed = |(power, sum): &(i32, f64)| {
@@ -171,7 +167,7 @@ impl Scheme {
 mod tests {
     use super::*;
 
-    /// A rooted tree by its subtrees; Φ and γ as in Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, II.2.
+    /// A rooted tree, given by its subtrees; Φ and γ as in Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, II.2.
     struct Tree(Vec<Tree>);
 
     impl Tree {
@@ -183,7 +179,7 @@ mod tests {
             self.order() as f64 * self.0.iter().map(Tree::density).product::<f64>()
         }
 
-        /// Π over the subtrees of Σ_j a_sj (the same of stage j).
+        /// At each stage s, the product over the subtrees of Σ_j a_sj w_j, with the weights w of the subtree.
         fn weights(&self, scheme: &Scheme) -> Vec<f64> {
             let of_subtrees: Vec<Vec<f64>> = self.0.iter().map(|tree| tree.weights(scheme)).collect();
             let at = |s: usize, values: &[f64]| match s {
@@ -198,7 +194,7 @@ mod tests {
         }
     }
 
-    /// All rooted trees with so many nodes: subtrees in an order that does not increase.
+    /// All rooted trees of an order, with subtrees in non-increasing order.
     fn trees(order: usize) -> Vec<Tree> {
         fn forests(nodes: usize, largest: usize) -> Vec<Vec<Tree>> {
             if nodes == 0 {
@@ -208,7 +204,7 @@ mod tests {
             for size in (1..=nodes.min(largest)).rev() {
                 for (k, first) in trees(size).iter().enumerate() {
                     for rest in forests(nodes - size, size) {
-                        // Of equal sizes, later subtrees come no earlier in their list.
+                        // Subtrees of equal size keep the order of their list.
                         let position = |tree: &Tree| trees(size).iter().position(|t| key(t) == key(tree)).unwrap_or(0);
                         if rest.first().is_none_or(|tree| tree.order() < size || position(tree) >= k) {
                             found.push(std::iter::once(first.clone()).chain(rest).collect());
@@ -225,7 +221,7 @@ mod tests {
         format!("[{}]", tree.0.iter().map(key).collect::<String>())
     }
 
-    /// The largest violation of the order conditions of all trees with so many nodes.
+    /// The largest violation of the order conditions of all trees of an order.
     fn violation(scheme: &Scheme, b: &[f64], order: usize) -> f64 {
         let of = |tree: &Tree| {
             let sum: f64 = tree.weights(scheme).iter().zip(b).map(|(weight, b)| weight * b).sum();

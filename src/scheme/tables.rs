@@ -1,7 +1,7 @@
-//! The tables.
+//! Tables of the predefined schemes.
 //!
-//! Sources: M. E. Hosea, L. F. Shampine, Appl. Numer. Math. 20 (1996) 21 (TR-BDF2); C. A. Kennedy, M. H. Carpenter, Appl. Numer. Math. 44 (2003)
-//! 139 (the implicit parts of ARK3(2)4L\[2\]SA, ARK4(3)6L\[2\]SA and ARK5(4)8L\[2\]SA). Their order conditions are a test of `table.rs`.
+//! Sources: M. E. Hosea, L. F. Shampine, Appl. Numer. Math. 20 (1996) 21 (TR-BDF2); C. A. Kennedy, M. H. Carpenter, Appl. Numer. Math. 44 (2003) 139
+//! (the implicit parts of ARK3(2)4L\[2\]SA, ARK4(3)6L\[2\]SA and ARK5(4)8L\[2\]SA). A test in `table.rs` verifies their order conditions.
 
 use super::Scheme;
 use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};

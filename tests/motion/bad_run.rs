@@ -69,7 +69,7 @@ fn steps_of_no_length_or_without_a_length_are_refused() {
     }
     assert!(matches!(refused(|inputs| inputs.grid.steps[9] = f64::NAN), Error::TimeStep { step: 10, .. }));
     let beyond = refused(|inputs| inputs.grid.steps.fill(1e308));
-    assert_says(&beyond, &["the farthest that the steps of the time grid lead is inf"]);
+    assert_says(&beyond, &["the sum of the start time and the step lengths of the grid is inf"]);
 }
 
 /// A rod on a hinge, with its mass as a design variable.
