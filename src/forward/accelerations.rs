@@ -1,11 +1,11 @@
-//! [`Accelerations`]: v̇ and λ of a state, what they change with, and costs on them.
+//! [`Accelerations`]: v̇ and λ of a state, their derivatives, and costs on them.
 //!
 //! ```text
 //!   K(0) (v̇, λ) = r(q, v, u, t; b)          K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0]
 //!   K(0) (c, e) = (h_v̇, h_λ),               h gains ∂[c·f + e·g] with respect to q, v, u, t and b
 //! ```
 //!
-//! with f and g of `system/acceleration.rs`, r their values where v̇ = 0 and λ = 0.
+//! with f and g of `system/acceleration.rs`; r contains their values at v̇ = 0 and λ = 0.
 
 mod state;
 
@@ -19,22 +19,22 @@ use crate::system::{
 };
 use crate::{Error, System};
 
-/// What accelerations and reactions are computed with.
+/// Workspace for accelerations and reactions.
 pub(crate) struct Accelerations {
     state: State,
     equations: AccelerationEquations,
-    /// Made when a product is asked for.
+    /// Created for the first product with a Hessian or a direction.
     second: Option<AccelerationSecondOrder>,
-    /// Whether they are those of the motion at hand, with its design variables.
+    /// True if the workspace belongs to the current motion and its design variables.
     is_ready: bool,
     /// v̇ and λ of the last state.
     x: Pair,
     /// c and e of the last cost.
     adjoint: Pair,
-    /// What they change by.
+    /// Their change along a direction.
     change: Pair,
     zeros: Pair,
-    /// λ aside from that of the last state.
+    /// λ at a distance from that of the last state.
     aside: Vec<f64>,
 }
 
@@ -54,7 +54,7 @@ impl Accelerations {
         }
     }
 
-    /// Another motion begins: formulas and design variables may be others.
+    /// Begins another motion: formulas and design variables may have changed.
     pub(crate) fn begin(&mut self) {
         self.is_ready = false;
     }
@@ -75,7 +75,7 @@ impl Accelerations {
         Ok(())
     }
 
-    /// Finds v̇ and λ at a node, or at a stage of the step into it, with the compliances of the motion from there on.
+    /// Computes v̇ and λ at a node, or at a stage of the step that ends there, with the compliances of the motion from there on.
     ///
     /// # Errors
     /// A singular mass matrix or configuration; forces that are not finite.
@@ -99,26 +99,26 @@ impl Accelerations {
         Ok(())
     }
 
-    /// A state with the v̇ and λ that were found last.
+    /// A state with the v̇ and λ computed last.
     pub(crate) fn with<'a>(&'a self, at: NodeView<'a, f64>) -> NodeView<'a, f64> {
         NodeView { v_dot: &self.x.v, lambda: &self.x.sigma, ..at }
     }
 
-    /// v̇ and λ that were found last.
+    /// v̇ and λ computed last.
     pub(crate) fn found(self) -> Pair {
         self.x
     }
 
-    /// Says that v̇ and λ are not known.
+    /// Marks v̇ and λ as unknown (NaN).
     pub(crate) fn forget(&mut self) {
         self.x.v.fill(f64::NAN);
         self.x.sigma.fill(f64::NAN);
     }
 
-    /// Adds to the rows of a cost what its derivatives with respect to v̇ and λ of the last state, which is `at`, make of them.
+    /// Adds to the rows of a cost the contributions of its derivatives with respect to v̇ and λ of the last state, which is `at`.
     ///
     /// # Errors
-    /// A reaction that other constraints may take over.
+    /// The cost depends on a reaction that other constraints may take over.
     pub(crate) fn pull_back(&mut self, system: &System, at: &NodeView<f64>, rows: &mut CostRows) -> Result<(), Error> {
         if rows.v_dot.iter().chain(&rows.lambda).all(|x| *x == 0.0) {
             return Ok(());
@@ -130,7 +130,7 @@ impl Accelerations {
         Ok(())
     }
 
-    /// c and e of a cost, unless it asks for a reaction that other constraints may take over.
+    /// Computes c and e of a cost; an error if the cost depends on a reaction that other constraints may take over.
     fn find_adjoint(&mut self, system: &System, at: &NodeView<f64>, rows: &CostRows) -> Result<(), Error> {
         let Accelerations { state, adjoint, .. } = self;
         state.right.v.copy_from_slice(&rows.v_dot);
@@ -144,11 +144,11 @@ impl Accelerations {
         }
     }
 
-    /// Refuses costs that ask for a reaction that other constraints may take over, at a λ aside from that of the last state: at its own their
-    /// derivatives may happen to be zero, and what is determined in sum is so at any. `gradient` adds what they are at a λ to rows.
+    /// Checks that costs do not depend on a reaction that other constraints may take over. The λ used is at a distance from that of the last state,
+    /// where derivatives may happen to be zero; a determined sum of reactions is determined at any λ. `gradient` adds the derivatives at a λ to rows.
     ///
     /// # Errors
-    /// A reaction that other constraints may take over.
+    /// A cost depends on such a reaction.
     pub(crate) fn check_aside(
         &mut self,
         system: &System,
@@ -162,17 +162,17 @@ impl Accelerations {
         rows.clear();
         gradient(&NodeView { lambda: &self.aside, ..self.with(*at) }, rows);
         rows.v_dot.fill(0.0);
-        // There a formula may have no number, which says nothing of it here.
+        // A formula that is not finite at this λ shows nothing about the reaction.
         let is_asked = all_finite(&rows.lambda) && rows.lambda.iter().any(|x| *x != 0.0);
         if is_asked { self.find_adjoint(system, at, rows) } else { Ok(()) }
     }
 
-    /// Whether constraints depend on each other where it stands, so that reactions may not be determined.
+    /// True if constraints depend on each other at this state, so that reactions may not be determined.
     pub(crate) fn is_compliant(&self) -> bool {
         !self.state.newton.evaluation.compliance().is_empty()
     }
 
-    /// v̇ and λ of the last state, which is `at`, and what they change by along a direction.
+    /// v̇ and λ of the last state, which is `at`, and their changes along a direction.
     pub(crate) fn along(&mut self, system: &System, at: &NodeView<f64>, along: &NodeView<f64>) -> [&Pair; 2] {
         let Accelerations { state, second, x, adjoint, .. } = self;
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
@@ -183,11 +183,11 @@ impl Accelerations {
         [x, adjoint]
     }
 
-    /// What [`pull_back`](Self::pull_back) adds to `first` changes by along a direction, with that of v̇ and λ; `rows` has the changes of the cost's own
-    /// derivatives.
+    /// Changes along a direction, including the change of v̇ and λ, of the contributions that [`pull_back`](Self::pull_back) adds to `first`. `rows`
+    /// contains the changes of the cost's own derivatives.
     ///
     /// # Errors
-    /// A formula without a program that panics when it is recorded.
+    /// A formula without a program panics when it is recorded.
     pub(crate) fn pull_back_along(
         &mut self,
         system: &System,
@@ -225,10 +225,10 @@ impl Accelerations {
         Ok(())
     }
 
-    /// v̇ and λ on other numbers: those of the real parts, and their derivatives for every other part, by programs or by the plain formulas.
+    /// v̇ and λ on another number type: real parts by `evaluate`, derivatives in every other part by programs or by the plain formulas.
     ///
     /// # Errors
-    /// As [`evaluate`](Self::evaluate); numbers with derivatives along two directions at once, which nothing here knows.
+    /// As [`evaluate`](Self::evaluate); numbers with derivatives along two directions at once, which are not supported.
     pub(crate) fn lift<R: Real>(
         &mut self,
         system: &System,
@@ -262,18 +262,18 @@ impl Accelerations {
     }
 }
 
-/// v̇ and λ for costs, made when one is met that may need them.
+/// v̇ and λ for costs; the workspace is created at the first cost that may need them.
 #[derive(Default)]
 pub(crate) struct AccelerationsOfCosts {
     pub(crate) own: Option<Box<Accelerations>>,
-    /// Why they are missing, where a cost may not need them.
+    /// The error because of which they are missing, if the costs may not need them.
     pub(crate) missing: Option<Error>,
-    /// True if programs give their derivatives on lifted numbers, not the plain formulas.
+    /// True if programs compute their derivatives on lifted numbers, false for the plain formulas.
     pub(crate) by_programs: bool,
 }
 
 impl AccelerationsOfCosts {
-    /// What is found of a state; nothing where that fails and may not be needed: whether it matters, the value will tell.
+    /// Result of `find` for a state; `None` if it fails but may not be needed. If it is needed, the value of the cost becomes NaN.
     pub(crate) fn find<T>(
         &mut self,
         system: &System,

@@ -1,29 +1,29 @@
-//! Steps by tolerance: a grid on which every step's estimated error is below a tolerance.
+//! Adaptive grids, on which the estimated error of every step is below a tolerance.
 //!
 //! ```text
 //!   error = max_i ( |δq_i| / max(1, |q_i|),  Δt |δv_i| / max(1, |v_i|) ),     K(h) (δv, δσ) = (δp*, 0),     Δt ← 0.9 Δt (tolerance/error)^(1/k)
 //! ```
 //!
-//! Errors of velocities count by how far they move coordinates in a step, as those of index-2 variables do in RADAU5 (Hairer & Wanner, *Solving
-//! Ordinary Differential Equations II*, VII.4). By themselves they would decide alone, and shorten steps most where a mechanism turns back
-//! sharply, although much of what is wrong in v is undone when it has turned: the four-bar of `tests/motion/adapt.rs` took a fifth more steps
-//! by the trapezoidal rule than it takes now for the same error.
+//! Errors of velocities are weighted by the coordinate change that they cause in a step, as for index-2 variables in RADAU5 (Hairer & Wanner,
+//! *Solving Ordinary Differential Equations II*, VII.4). Unweighted, they alone would determine the grid, and steps would be shortest where a
+//! mechanism reverses sharply, although much of the error in v is undone after the reversal: the four-bar of `tests/motion/adapt.rs` would take a
+//! fifth more steps by the trapezoidal rule for the same error.
 //!
-//! A scheme of even order p errs by an odd derivative of the motion, Δt^(p+1) d^(p+1)x/dt^(p+1), which changes its sign from swing to swing:
-//! over equal steps such errors cancel, over steps that follow their sizes less so. Steps of these schemes are between the two,
-//!
+//! The error of a scheme of even order p is an odd derivative of the motion, Δt^(p+1) d^(p+1)x/dt^(p+1), whose sign alternates from swing to swing.
+//! Such errors cancel over equal steps, but less over steps adapted to them. Steps of these schemes lie between the two,
 //! ```text
 //!   Δt ≤ √(Δt_e Δt̄) / 1.5,     Δt_e the steps by errors alone, Δt̄ their mean
 //! ```
 //!
-//! Without this bound the trapezoidal rule takes 9 % more steps than a uniform grid on the slider-crank of `tests/motion/adapt.rs`, and 14 % more on the
-//! four-bar; with it 8 % and 5 % fewer, where the test looks for uniform grids to a tenth.
+//! Without this bound the trapezoidal rule takes 9 % more steps than a uniform grid on the slider-crank of `tests/motion/adapt.rs`, and 14 % more on
+//! the four-bar; with it, 8 % and 5 % fewer. The test determines uniform grids to within a tenth.
 //!
-//! δq and δp* are the scheme's estimates (`scheme/estimate.rs`), of order k. With K(h) the errors of momenta become those of velocities, without
-//! what is in the directions of the reactions, and what is so stiff that it has no part in the motion is damped.
+//! δq and δp* are the estimates of the scheme (`scheme/estimate.rs`), of order k. Solving with K(h) converts the errors of momenta to errors of
+//! velocities; it removes components in the directions of the reactions and damps components that are too stiff to contribute to the motion.
 //!
-//! By themselves they never tell of a tolerance below rounding: with embedded weights what rounding leaves of δq is about Δt ε |v|, which any tolerance
-//! has steps for. But the sum q + Δq is rounded by ½ ε |q|, unless q hardly moves: above the tolerance shorter steps make the motion worse.
+//! These estimates do not show a tolerance below rounding: with embedded weights the rounding error of δq is about Δt ε |v|, which short steps
+//! reduce. But the sum q + Δq has the rounding error ½ ε |q|, unless q hardly moves: if it exceeds the tolerance, shorter steps make the motion
+//! worse.
 
 use nalgebra::DMatrix;
 
@@ -34,24 +34,24 @@ use crate::scheme::local_error;
 use crate::system::Pair;
 use crate::{Error, Grid, Inputs, Settings, System};
 
-/// The share of the step length that ought to do that is taken, and how far a step may differ from the one before.
+/// Safety factor of the step length, and range of the ratio of successive step lengths.
 const SAFETY: f64 = 0.9;
 const RANGE: (f64, f64) = (0.2, 5.0);
-/// The first step tried, as a part of the motion.
+/// The first trial step, as a fraction of the motion.
 const FIRST: f64 = 1e-3;
-/// A step that has no solution is tried again with this part of it.
+/// Factor of the step length after a step without a solution.
 const AFTER_FAILURE: f64 = 0.25;
-/// The nodes in memory besides the history.
+/// Number of nodes in memory in addition to the history.
 const WINDOW: usize = 64;
-/// Steps by errors alone that are shorter than 1/1.5² of their mean stay as they are.
+/// Steps determined by errors alone are not changed if they are shorter than 1/1.5² of their mean.
 const BETWEEN: f64 = 1.0 / 1.5;
-/// Steps shorter than this part of the motion are lost in its rounding.
+/// Steps shorter than this fraction of the motion are lost in rounding.
 const SHORTEST: f64 = 1e-14;
-/// Slopes of controls differ by rounding below this part of them, or if controls do below this part of the largest.
+/// Slopes of controls are equal if they differ by less than this fraction, or if the controls differ by less than `SAME` of the largest.
 const STRAIGHT: f64 = 1e-9;
 const SAME: f64 = 8.0 * f64::EPSILON;
 
-/// The given nodes at which controls bend or the motion ends, which a grid by tolerance keeps: a method has its order between them.
+/// The given nodes at which controls bend or the motion ends. An adaptive grid contains them, because a method has its order only between them.
 fn kinks(inputs: &Inputs) -> Vec<usize> {
     let (steps, u) = (&inputs.grid.steps, &inputs.controls);
     let largest: Vec<f64> = u.row_iter().map(|channel| channel.amax()).collect();
@@ -59,22 +59,22 @@ fn kinks(inputs: &Inputs) -> Vec<usize> {
         let [u0, u1, u2] = [node - 1, node, node + 1].map(|node| u[(channel, node)]);
         let (before, after) = ((u1 - u0) / steps[node - 1], (u2 - u1) / steps[node]);
         let rounding = SAME * largest[channel] / steps[node - 1].abs().min(steps[node].abs());
-        // Beside a jump, which is a short step, other slopes are small.
+        // Next to a jump, which is a short step, other slopes are small.
         (after - before).abs() > STRAIGHT * before.abs().max(after.abs()) + rounding
     };
     let bends = |node: &usize| (0..u.nrows()).any(|channel| bends_in(channel, *node));
     (1..steps.len()).filter(bends).chain([steps.len()]).collect()
 }
 
-/// A grid under construction: the steps taken, and the straight piece of the given inputs that the next one lies in.
+/// A grid under construction: the computed steps, and the straight piece of the given inputs in which the next step lies.
 ///
-/// Times are counted from the start: of those that begin late, as of dates, short steps are rounding.
+/// Times are counted from the start, because steps would be lost in the rounding of late start times, such as dates.
 struct Growing<'a> {
     given: &'a Inputs,
     times: Vec<f64>,
     now: Clock,
     kinks: std::iter::Peekable<std::vec::IntoIter<usize>>,
-    /// The given step that time has come to.
+    /// The given step that contains the current time.
     at: usize,
 }
 
@@ -92,7 +92,7 @@ impl Growing<'_> {
         while self.at + 2 < self.times.len() && is_over(self.times[self.at + 1]) {
             self.at += 1;
         }
-        // A step that is tried again ends earlier.
+        // A repeated trial step ends earlier.
         while self.at > 0 && !is_over(self.times[self.at]) {
             self.at -= 1;
         }
@@ -101,7 +101,7 @@ impl Growing<'_> {
     }
 }
 
-/// The longest step from a time on, between those of a grid and equal ones.
+/// The longest step from time `t` on: between those of `grid` and equal ones.
 fn between(grid: &Grid, times: &[f64], t: f64) -> f64 {
     let mean = times[times.len() - 1] / grid.steps.len() as f64;
     let step = times[1..grid.steps.len()].partition_point(|time| time.abs() <= t.abs());
@@ -109,7 +109,7 @@ fn between(grid: &Grid, times: &[f64], t: f64) -> f64 {
 }
 
 impl ForwardSweep {
-    /// The same inputs on a grid on which every step's estimated error is below the tolerance.
+    /// The inputs on a grid on which the estimated error of every step is below the tolerance.
     pub(crate) fn adapt(
         &mut self,
         system: &System,
@@ -126,7 +126,7 @@ impl ForwardSweep {
         self.grow(system, inputs, settings, tolerance, &|t| between(&by_errors.grid, &times, t))
     }
 
-    /// The same by errors alone, for steps that are no longer than a bound at the time where they begin.
+    /// The inputs on a grid determined by errors alone, with an upper bound on each step as a function of the time at which it begins.
     fn grow(
         &mut self,
         system: &System,
@@ -136,7 +136,7 @@ impl ForwardSweep {
         longest: &dyn Fn(f64) -> f64,
     ) -> Result<Inputs, Error> {
         let done = self.grow_steps(system, inputs, settings, (tolerance, longest));
-        // What is in memory is no motion that could be asked for, however far it went.
+        // The nodes in memory are not a complete motion and must not be returned as one.
         self.motion.trajectory.computed = 0;
         let taken = &mut self.motion.inputs;
         taken.controls = taken.controls.columns(0, taken.grid.nodes()).into_owned();
@@ -171,7 +171,7 @@ impl ForwardSweep {
             let left = end - begin;
             let bounded = dt.abs().min(longest(begin)).copysign(dt);
             let is_last = bounded.abs() >= 0.999 * left.abs();
-            // Two steps of equal length rather than a tiny one.
+            // Use two steps of equal length rather than a tiny last one.
             let length = if is_last {
                 left
             } else if 2.0 * bounded.abs() > left.abs() {
@@ -188,7 +188,7 @@ impl ForwardSweep {
                     if error > 1.0 && is_too_short(length, duration) {
                         return Err(Error::Tolerance { time: self.motion.time(node - 1), length, error });
                     }
-                    // The first step is not taken as long as one of five times its length would do.
+                    // The first step is repeated while a step of five times its length would satisfy the tolerance.
                     may_lengthen = may_lengthen && error <= 1.0 && factor == RANGE.1 && length == dt;
                     if error <= 1.0 && !may_lengthen {
                         self.refuse_rounding(system, node, tolerance)?;
@@ -202,7 +202,7 @@ impl ForwardSweep {
                         if is_last {
                             growing.kinks.next();
                         }
-                        // As many nodes as it will be if steps go on like this.
+                        // Estimate of the number of nodes if steps continue like this.
                         let share = (begin + length) / duration;
                         let nodes = 1 + ((node - 1) as f64 / share).round() as usize;
                         self.watch.tell_of_guess(Task::Simulation, node, nodes)?;
@@ -215,7 +215,7 @@ impl ForwardSweep {
                     AFTER_FAILURE
                 }
             };
-            // A step that was cut short says little of longer ones.
+            // A step that was shortened for the grid says little about longer steps.
             dt = if factor > 1.0 && length.abs() < dt.abs() { dt } else { length * factor };
         }
         Ok(())
@@ -232,7 +232,7 @@ impl ForwardSweep {
         if is_hopeless { Err(self.explain(system, node, failure)) } else { Ok(()) }
     }
 
-    /// Refuses a tolerance below what the step into a node rounds a coordinate by.
+    /// Returns an error if the tolerance is below the rounding error of a coordinate in the step that ends at a node.
     fn refuse_rounding(&self, system: &System, node: usize, tolerance: f64) -> Result<(), Error> {
         let (k, dt) = (node - self.motion.first, self.motion.inputs.grid.steps[node - 1]);
         let [q, v] = [&self.motion.trajectory.q, &self.motion.trajectory.v].map(|x| column(x, k));
@@ -246,13 +246,13 @@ impl ForwardSweep {
         }
     }
 
-    /// Makes the grid end with this step, whatever was there behind it.
+    /// Makes this step the last one of the grid and discards the steps after it.
     fn append(&mut self, growing: &mut Growing, node: usize, (begin, length): (f64, f64)) {
         self.motion.inputs.grid.steps.truncate(node - 1);
         self.motion.inputs.grid.steps.push(length);
         let (channels, room) = self.motion.inputs.controls.shape();
         if room <= node {
-            // Twice as much, so that all copies together cost as much as the last.
+            // Double the memory, so that all copies together cost as much as the last.
             let controls = std::mem::replace(&mut self.motion.inputs.controls, DMatrix::zeros(0, 0));
             self.motion.inputs.controls = controls.resize_horizontally(2 * node + WINDOW, 0.0);
         }
@@ -260,7 +260,7 @@ impl ForwardSweep {
         growing.controls(begin + length, column_mut(&mut self.motion.inputs.controls, node));
     }
 
-    /// The estimated error of the step into a node.
+    /// The estimated error of the step that ends at a node.
     fn error_of_step(&mut self, system: &System, node: usize, (delta_q, delta): (&mut [f64], &mut Pair)) -> f64 {
         let (k, steps, trajectory) = (node - self.motion.first, &self.motion.inputs.grid.steps, &self.motion.trajectory);
         let (scheme, dt) = (&trajectory.scheme, steps[node - 1]);
@@ -281,18 +281,18 @@ impl ForwardSweep {
     }
 }
 
-/// Whether a step cannot be shorter.
+/// True if a step cannot be shortened.
 fn is_too_short(length: f64, duration: f64) -> bool {
     length.abs() <= SHORTEST * duration.abs()
 }
 
-/// The start of the given inputs, with one step.
+/// The start of the given inputs, with a single step.
 fn first_step(inputs: &Inputs, dt: f64) -> Inputs {
     let controls = DMatrix::from_fn(inputs.controls.nrows(), 2, |channel, _| inputs.controls[(channel, 0)]);
     Inputs { grid: Grid { steps: vec![dt], ..inputs.grid }, controls, ..inputs.clone() }
 }
 
-/// Refuses what no grid can be made of.
+/// Checks that an adaptive grid can be computed for these inputs.
 fn check(system: &System, inputs: &Inputs, tolerance: f64) -> Result<(), Error> {
     inputs.check(system)?;
     if !(tolerance > 0.0 && tolerance.is_finite()) {
@@ -303,19 +303,19 @@ fn check(system: &System, inputs: &Inputs, tolerance: f64) -> Result<(), Error> 
         return Err(Error::Parameter {
             what,
             value: node as f64,
-            must_be: "0 for steps by tolerance, which give every time another node; take `Sum::Terminal`, or a grid of your own",
+            must_be: "0 on an adaptive grid, whose nodes are not known beforehand; use `Sum::Terminal`, or a given grid",
         });
     }
     if inputs.grid.stages > 1 {
         let value = inputs.grid.stages as f64;
-        return Err(Error::Parameter { what: "`Grid::stages`".into(), value, must_be: "1 for steps by tolerance" });
+        return Err(Error::Parameter { what: "`Grid::stages`".into(), value, must_be: "1 for an adaptive grid" });
     }
     let steps = &inputs.grid.steps;
     let first = steps.first().copied().unwrap_or_default();
     match steps.iter().position(|dt| dt.signum() != first.signum()) {
         Some(step) => {
-            let what = format!("the length of step {} in s, where the first one is {first} s long,", step + 1);
-            Err(Error::Parameter { what, value: steps[step], must_be: "of the same sign for steps by tolerance" })
+            let what = format!("the length of step {} in s (step 1: {first} s)", step + 1);
+            Err(Error::Parameter { what, value: steps[step], must_be: "of the same sign for an adaptive grid" })
         }
         None if steps.is_empty() => {
             Err(Error::Parameter { what: "the number of steps".into(), value: 0.0, must_be: "1 or more" })

@@ -5,7 +5,7 @@
 //!   velocities:    dΦ/dt(q + δq, v + δv, b + δb) = 0   for some δv only if (zᵀ ∂(dΦ/dt)/∂b − yᵀ ∂Φ/∂b) δb = 0,   Φ_qᵀ y = (dΦ/dt)_qᵀ z
 //! ```
 //!
-//! Two motors at one angle agree where they start and not in their speed, and two rails through one point not in their direction: both are seen by velocities alone.
+//! Two motors at one angle agree at the start but not in speed, two rails through one point not in direction: only velocities show both.
 
 use crate::System;
 use crate::motion::Report;
@@ -13,18 +13,18 @@ use crate::node::Newton;
 use crate::number::largest;
 use crate::system::{Covector, InputRows, NodeView, Pair, StateRows};
 
-/// What is left of a sum below this part of its terms is rounding, and that of z.
+/// Sums below this fraction of their terms are rounding, including the rounding of z.
 const ROUNDING: f64 = 1e-4;
-/// And below this part of what it would be if every equation had the largest share: where all terms are rounding, so is their sum.
+/// Sums are also rounding below this fraction of their size with equal shares of all equations, because then all terms may be rounding.
 const NOTHING: f64 = 1e-8;
 
-/// What is summed: zᵀ ∂Φ/∂b, or with y for velocities.
+/// A combination of equations: zᵀ ∂Φ/∂b or, with y, that of velocities.
 struct Combination {
     z: Vec<f64>,
     y: Option<Vec<f64>>,
 }
 
-/// The design variables that break the dependence z, with M's diagonal: `newton` has factors of K(0) there with the compliances of all loops.
+/// The design variables that break the dependence z. `newton` has factors of K(0) with the compliances of all loops; `masses` is the diagonal of M.
 pub(super) fn designs(
     system: &System,
     newton: &mut Newton,
@@ -42,7 +42,7 @@ pub(super) fn designs(
     (0..breaks.len()).filter(|&b| breaks[b]).collect()
 }
 
-/// Some v that the constraints allow, in any of their motions, y, and what y would be if its terms did not cancel; None if that motion itself ends the dependence.
+/// Admissible velocities v in all motions, y, and y if its terms do not cancel; `None` if this motion itself ends the dependence.
 fn moving(
     system: &System,
     newton: &mut Newton,
@@ -78,21 +78,21 @@ fn moving(
 }
 
 impl Combination {
-    /// Which design variables it does not vanish for, against the same terms with other weights.
+    /// For each design variable, true if its sum is not zero compared with the same terms with other weights.
     fn breaking(&self, system: &System, newton: &mut Newton, at: &NodeView<f64>, terms: &Combination) -> Vec<bool> {
-        // And elsewhere: those of several equations do not cancel, nor do those of one.
+        // At another point terms do not cancel, whether they belong to several equations or to one.
         let aside = |x: &[f64]| Vec::from_iter(x.iter().enumerate().map(|(i, x)| x + 0.5 + 0.3 * (i as f64).sin()));
         let [q, v] = [at.q, at.v].map(aside);
         let sums = self.sums(system, newton, at);
         let elsewhere = NodeView { q: &q, v: &v, ..*at };
         let most = Combination { z: evenly(&self.z), y: terms.y.as_deref().map(evenly) }.sums(system, newton, &elsewhere);
         let terms = [*at, elsewhere].map(|at| terms.sums(system, newton, &at));
-        // Elsewhere there may be no number, which the larger of two is not.
+        // The terms may be NaN at the other point; `max` ignores NaN.
         let size = |b: usize| (ROUNDING * terms[0][b].abs().max(terms[1][b].abs())).max(NOTHING * most[b].abs());
         (0..sums.len()).map(|b| sums[b].abs() > size(b)).collect()
     }
 
-    /// By design variables.
+    /// The sums for all design variables.
     fn sums(&self, system: &System, newton: &mut Newton, at: &NodeView<f64>) -> Vec<f64> {
         let (mut time, mut evaluations) = (0.0, 0);
         let (mut u, mut by_parameters) = (vec![0.0; system.k()], vec![0.0; system.parameters().len()]);
@@ -111,12 +111,12 @@ impl Combination {
     }
 }
 
-/// The same terms, which do not cancel.
+/// z with other weights, so that terms do not cancel.
 fn weighted(z: &[f64]) -> Vec<f64> {
     z.iter().enumerate().map(|(j, z)| z * (1.0 + 0.9 * (j as f64 + 0.5).sin())).collect()
 }
 
-/// As large as the largest everywhere, with other weights.
+/// The largest z for all equations, with other weights.
 fn evenly(z: &[f64]) -> Vec<f64> {
     weighted(&vec![largest(z); z.len()])
 }

@@ -1,11 +1,11 @@
-//! Dependencies among constraints, one for each equation that is left out: the smallest set of equations that depend on each other with it, and without any
-//! other that is left out (its fundamental circuit, in the words of matroid theory).
+//! Dependencies among constraints, one for each left-out equation: the smallest set of dependent equations that contains this equation and no other
+//! left-out one (its fundamental circuit, in the language of matroid theory).
 //!
 //! ```text
 //!   Φ_qᵀ z = 0,  z_j = 1:      K (v, e_j − z) = (Φ_qᵀ e_j, 0)     by the factors at hand
 //! ```
 //!
-//! Circuits that have no equation in common are computed by one solve, as their sum: those of mechanisms that hang together by independent constraints.
+//! Circuits that have no equation in common, as in mechanisms connected by independent constraints, are computed as their sum by one solve.
 
 use super::redundancy::root_flexibility;
 use crate::System;
@@ -14,16 +14,16 @@ use crate::node::Newton;
 use crate::number::larger;
 use crate::system::{Covector, Pair, StateRows};
 
-/// What is left out stays so while its share is at least this part of the largest.
+/// An equation remains left out while its share is at least this fraction of the largest.
 const AS_BEFORE: f64 = 0.6;
-/// An equation is in a circuit if its share is at least this part of that of what is left out …
+/// An equation is in a circuit if its share is at least this fraction of that of the left-out equation …
 const NEGLIGIBLE: f64 = 1e-6;
-/// … and circuits are computed anew if one outside of them has this much.
+/// … and circuits are recomputed if the share of an equation outside of them exceeds this.
 const STRAY: f64 = 1e-3;
-/// Equations depend on each other as long as √(zᵀ Φ_q M⁻¹ Φ_qᵀ z) is below this for a z_j of size one.
+/// Equations are dependent while √(zᵀ Φ_q M⁻¹ Φ_qᵀ z) is below this for a z_j of size one.
 const INDEPENDENT: f64 = 1e-5;
 
-/// The equations that are left out, by their numbers among those that close loops.
+/// The left-out equations, numbered among the equations that close loops.
 pub(super) fn left_out<'a>(chosen: &'a Compliances, shared: &'a Compliances) -> impl Iterator<Item = usize> + 'a {
     (0..shared.len()).filter(|&k| chosen[k] != shared[k])
 }
@@ -34,13 +34,13 @@ struct Circuit {
     equations: Vec<usize>,
     /// Circuits of one group have no equation in common.
     group: usize,
-    /// The equation of the largest share, and whether what is left out has one as large as AS_BEFORE.
+    /// The equation with the largest share; true if the share of the left-out equation is at least `AS_BEFORE` of it.
     largest: usize,
     is_good: bool,
 }
 
 impl Circuit {
-    /// Looks at the shares of all equations.
+    /// Finds the largest share and compares it with that of the left-out equation.
     fn judge(&mut self, shares: &[f64]) {
         let by_share = |a: &usize, b: &usize| shares[*a].total_cmp(&shares[*b]);
         self.largest = self.equations.iter().copied().max_by(by_share).unwrap_or(self.left_out);
@@ -52,11 +52,11 @@ impl Circuit {
 #[derive(Default)]
 pub(super) struct Circuits {
     known: Vec<Circuit>,
-    /// What is left out now.
+    /// The equations that are left out now.
     left_out: Vec<usize>,
     /// The largest |v| of all circuits.
     most_v: f64,
-    /// The sum of the circuits of a group, |z_k| √(Φ_q M⁻¹ Φ_qᵀ)_kk, and whether an equation is in one of them.
+    /// Sum of the circuits of a group, |z_k| √(Φ_q M⁻¹ Φ_qᵀ)_kk; true for equations in one of them.
     shares: Vec<f64>,
     is_inside: Vec<bool>,
     unit: Vec<f64>,
@@ -66,12 +66,12 @@ pub(super) struct Circuits {
 }
 
 impl Circuits {
-    /// Nothing is known of a motion that begins.
+    /// Clears the circuits when a motion begins.
     pub(super) fn forget(&mut self) {
         self.known.clear();
     }
 
-    /// Whether all that is left out has the share that it should, by the factors at hand and at the point of the evaluation.
+    /// True if all left-out equations have sufficient shares, with the current factors at the point of the last evaluation.
     pub(super) fn are_good(
         &mut self,
         newton: &mut Newton,
@@ -92,12 +92,12 @@ impl Circuits {
         self.known.iter().all(|circuit| circuit.is_good)
     }
 
-    /// Whether all that was left out depends on other equations, which it does to rounding where positions satisfy all of them.
+    /// True if all left-out equations depend on others, which they do to rounding if positions satisfy all equations.
     pub(super) fn are_dependent(&self) -> bool {
         self.most_v <= INDEPENDENT
     }
 
-    /// Puts back what was left out and has lost its share, and leaves out what has the largest in its place, unless that could be in another circuit too.
+    /// Restores left-out equations that have lost their share; leaves out those with the largest share instead unless they may be in other circuits.
     pub(super) fn exchange(&self, shared: &Compliances, chosen: &mut [(usize, f64)], left_out: f64) {
         let mut circuits_of = vec![0; shared.len()];
         self.known.iter().flat_map(|circuit| &circuit.equations).for_each(|&k| circuits_of[k] += 1);
@@ -119,7 +119,7 @@ impl Circuits {
         self.is_inside.resize(shared.len(), false);
     }
 
-    /// Keeps the circuits that have one equation of those that are left out now: they are its own.
+    /// Keeps the circuits that contain exactly one of the equations that are left out now, and assigns them to it.
     fn carry_over(&mut self) {
         let is_same = self.known.iter().map(|circuit| circuit.left_out).eq(self.left_out.iter().copied());
         if is_same {
@@ -135,7 +135,7 @@ impl Circuits {
         self.arrange();
     }
 
-    /// Puts circuits in the order of what is left out, and into groups.
+    /// Sorts circuits by their left-out equations, and assigns them to groups.
     fn arrange(&mut self) {
         self.known.sort_by_key(|circuit| circuit.left_out);
         self.known.dedup_by_key(|circuit| circuit.left_out);
@@ -150,7 +150,7 @@ impl Circuits {
         }
     }
 
-    /// The shares in all circuits that are known, group by group; false if they have become other ones.
+    /// Computes the shares in all known circuits, group by group; false if the circuits have changed.
     fn compute_groups(&mut self, newton: &mut Newton, system: &System, shared: &Compliances) -> bool {
         let groups = self.known.iter().map(|circuit| circuit.group + 1).max().unwrap_or(0);
         for group in 0..groups {
@@ -172,7 +172,7 @@ impl Circuits {
         true
     }
 
-    /// The circuits that are not known, one by one.
+    /// Computes the unknown circuits one by one.
     #[cold]
     fn find(&mut self, newton: &mut Newton, system: &System, shared: &Compliances) {
         for left_out in self.left_out.clone() {
@@ -193,7 +193,7 @@ impl Circuits {
         self.arrange();
     }
 
-    /// Shares in the sum of the circuits of equations with these units.
+    /// Computes the shares in the sum of the circuits of the equations in `unit`.
     fn solve(&mut self, newton: &mut Newton, system: &System, shared: &Compliances) {
         let evaluation = &newton.evaluation;
         let with = Covector { c: &self.zeros, d: &self.zeros, e: &self.unit };

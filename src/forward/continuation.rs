@@ -1,30 +1,30 @@
-//! A step whose solution no guess is near: it is followed from the step of length zero.
+//! Continuation of a step for which no guess is close to its solution, starting from a step of length zero.
 //!
-//! The equations of a step may have several solutions: a spring of rest length l₀ that pulls a point to x = l₀ pulls it to x = −l₀ too.
-//! The one that is meant is the one that v₋ becomes when the step grows from nothing,
+//! The equations of a step may have several solutions: a spring of rest length l₀ that pulls a point to x = l₀ also pulls it to x = −l₀. The correct
+//! solution is the one into which v₋ develops as the step grows from zero,
 //!
 //! ```text
 //!   r(x; h) = 0,   x(0) = (v₋, σ₋),   h = Δt/2 · 2^−j,  j = J … 0
 //! ```
 //!
-//! Where steps resolve the motion, extrapolation through the last nodes ends there. Where they do not, such as for a spring so stiff that v
-//! changes its sign at every node, it overshoots by up to 31 times the velocity, and Newton's iteration ends anywhere.
+//! If steps resolve the motion, extrapolation through the last nodes leads to it. If they do not, for example with a spring so stiff that v changes
+//! its sign at every node, extrapolation overshoots by up to 31 times the velocity, and Newton's iteration may converge to any solution.
 
 use crate::forward::ForwardSweep;
 use crate::motion::column;
 use crate::node::{Miss, STILL, StepFailure};
 use crate::{Settings, System, Warning};
 
-/// A guess whose velocities were off by more than this part of them was no guess.
+/// A guess has failed if the error of its velocities exceeds this fraction of them.
 const MISSED: f64 = 0.5;
-/// The shortest step tried is shorter by 2 to this power.
+/// The shortest trial step is shorter by 2 to this power.
 const MOST_LEVELS: u32 = 12;
 
-/// (v, σ) of the last level, and of the one before.
+/// (v, σ) of the last level and of the previous one.
 pub(crate) struct Continuation {
     last: Vec<f64>,
     before: Vec<f64>,
-    /// The last node that the warning counts.
+    /// The last node counted by the warning.
     pub(crate) counted: usize,
 }
 
@@ -35,33 +35,33 @@ impl Continuation {
 }
 
 impl ForwardSweep {
-    /// Whether the velocities at the nodes before a column jump up and down from each to the next, by more than rounding.
+    /// True if the velocities at the nodes before a column alternate from node to node by more than rounding.
     pub(crate) fn is_rough(&self, k: usize) -> bool {
         let weights = &self.stepper.newton.weights;
         let momentum = weights.of_momenta(column(&self.motion.trajectory.p_star, k - 1));
         let v = |before: usize| column(&self.motion.trajectory.v, k - before);
         let size = |v: &[f64]| weights.of_velocities(v.iter().copied());
-        // Where they pass zero, three nodes do not tell.
+        // Where velocities pass through zero, three nodes are not sufficient.
         (3..=k.min(4)).any(|before| {
             let [v, v1, v2] = [v(before - 2), v(before - 1), v(before)];
             let first = weights.of_velocities(v.iter().zip(v1).map(|(v, v1)| v - v1));
-            // Steps may be of other lengths, and lead back.
+            // Steps may differ in length and direction.
             let ratio = self.step_ratio(k - before + 2);
             let seconds = v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - v1 - ratio * (v1 - v2));
             let second = weights.of_velocities(seconds);
-            // A sine that turns by 60° a step has second differences as large as first ones.
+            // For a sine that turns by 60° per step, second differences are as large as first ones.
             second > first && second > MISSED * size(v).max(size(v1)).max(STILL * momentum)
         })
     }
 
-    /// Whether the guess of the step into this column was none, although the motion was smooth before.
+    /// True if the guess of the step that ends in this column has failed, although the motion was smooth before.
     #[inline]
     pub(crate) fn has_missed(&self, k: usize) -> bool {
-        // Where the guess was good, nothing more is looked at.
+        // If the guess was good, nothing else is checked.
         self.is_far(k) && (k < 2 || self.is_beyond(k))
     }
 
-    /// Whether it was off by more than part of the velocities before and of its own.
+    /// True if the error of the guess exceeds a fraction of its velocities and of the previous ones.
     #[inline]
     fn is_far(&self, k: usize) -> bool {
         let Miss { change, guess } = self.stepper.newton.miss;
@@ -75,13 +75,13 @@ impl ForwardSweep {
         change > MISSED * self.stepper.newton.weights.of_velocities(before)
     }
 
-    /// The length of the step into a column, in parts of the one before.
+    /// The length of the step that ends in a column, relative to the previous one.
     fn step_ratio(&self, k: usize) -> f64 {
         let length = |k: usize| self.motion.trajectory.times[k] - self.motion.trajectory.times[k - 1];
         length(k) / length(k - 1)
     }
 
-    /// Whether mean accelerations differ by more than this part of them between the step into a column and the one before.
+    /// True if mean accelerations in the step that ends in a column and in the previous step differ by more than this fraction.
     pub(crate) fn turns_by(&self, k: usize, part: f64) -> bool {
         let [v, v1, v2] = [0, 1, 2].map(|before| column(&self.motion.trajectory.v, k - before));
         let size = |changes: &mut dyn Iterator<Item = f64>| self.stepper.newton.weights.of_velocities(changes);
@@ -92,14 +92,14 @@ impl ForwardSweep {
         turn > part * change.max(before)
     }
 
-    /// Whether it was off by more than twice the change of velocities in the step before: where v passes zero, they are no measure.
+    /// True if the error of the guess exceeds twice the change of velocities in the previous step: velocities that pass through zero give no scale.
     fn is_beyond(&self, k: usize) -> bool {
         let (v, before) = (column(&self.motion.trajectory.v, k - 1), column(&self.motion.trajectory.v, k - 2));
         let changes = v.iter().zip(before).map(|(v, before)| v - before);
         self.stepper.newton.miss.change > 2.0 * self.stepper.newton.weights.of_velocities(changes)
     }
 
-    /// Follows the solution of the step into a node from h = 0; the next step is not extrapolated from what lies before it.
+    /// Continues the solution of the step that ends at a node from h = 0; the next step is not extrapolated from earlier nodes.
     #[cold]
     pub(crate) fn continue_from_zero(
         &mut self,
@@ -113,13 +113,13 @@ impl ForwardSweep {
             Ok(()) => {
                 self.stepper.smooth_from = node;
                 let k = node - self.motion.first;
-                // No guess was near, and still the motion may go on as it went; from rest, under forces that grow, it goes three times as fast.
+                // No guess was close, but the motion may still be smooth; from rest, under growing forces, the velocity changes three times as much.
                 if s == self.motion.trajectory.last_stage() && k >= 2 && self.turns_by(k, if k == 2 { 1.0 } else { MISSED })
                 {
                     self.warn_of_roughness(node);
                 }
             }
-            // The error shall tell of the whole step, not of a part of it.
+            // The error must describe the whole step, not a part of it.
             Err(_) => {
                 let k = node - self.motion.first;
                 self.stepper.begin_stage(&mut self.motion, k, s, dt);
@@ -128,7 +128,7 @@ impl ForwardSweep {
         result
     }
 
-    /// Nodes that are computed again from a checkpoint do not count again.
+    /// Nodes that are recomputed from a checkpoint are not counted again.
     fn warn_of_roughness(&mut self, node: usize) {
         if node <= self.stepper.continuation.counted {
             return;
@@ -158,7 +158,7 @@ impl ForwardSweep {
                 1 => self.store_level(k),
                 _ => self.guess_level(k),
             }
-            // A failure leaves the guess as it was.
+            // A failed solve leaves the guess unchanged.
             if let Err(failure) = self.solve_at_hand::<false>(system, node, dt, settings) {
                 self.solve_at_hand::<true>(system, node, dt, settings).map_err(|_| failure)?;
             }
@@ -166,7 +166,7 @@ impl ForwardSweep {
         Ok(())
     }
 
-    /// The longest step for which v₋ is a good guess, as it is for half of it.
+    /// The longest step for which v₋ is a good guess, as it also is for half of it.
     fn first_level(&mut self, system: &System, node: usize, dt: f64, settings: &Settings) -> u32 {
         let once = Settings { max_iterations: 1, ..*settings };
         let k = node - self.motion.first;
@@ -175,7 +175,7 @@ impl ForwardSweep {
             let dt = dt * 0.5f64.powi(level as i32);
             self.stepper.begin_stage(&mut self.motion, k, self.stepper.stage, dt);
             self.guess_last(k);
-            // One correction of a guess that is far off may be all that fails.
+            // A guess far from the solution may fail only because one correction is not enough.
             let failed =
                 matches!(self.solve_at_hand::<false>(system, node, dt, &once), Err(failure) if !failure.is_unfinished());
             good = if failed || self.is_far(k) { 0 } else { good + 1 };
@@ -186,7 +186,7 @@ impl ForwardSweep {
         MOST_LEVELS
     }
 
-    /// The values of the node before as the first guess of the stage at hand.
+    /// Sets the first guess of the current stage to the values of the previous node.
     fn guess_last(&mut self, k: usize) {
         let before = self.motion.trajectory.columns(k - 1);
         let Continuation { last, .. } = &mut self.stepper.continuation;
@@ -198,7 +198,7 @@ impl ForwardSweep {
         now.sigma.copy_from_slice(sigma);
     }
 
-    /// The solution at the level before stays as the guess.
+    /// Stores the solution at the previous level, which remains the guess.
     fn store_level(&mut self, k: usize) {
         let now = self.motion.trajectory.stage(k, self.stepper.stage);
         let (v, sigma) = self.stepper.continuation.last.split_at_mut(now.v.len());

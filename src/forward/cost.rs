@@ -1,4 +1,4 @@
-//! J and the outputs of a motion: the costs of all its nodes and stages, with the weights of the scheme or of the given nodes.
+//! J and the outputs of a motion: costs at all nodes and stages, summed with the weights of the scheme or of the given nodes.
 
 use nalgebra::DVector;
 
@@ -8,10 +8,10 @@ use crate::number::Real;
 use crate::system::{Beside, CostFactors, CostRows, Depends, NodeValues, NodeView, Weights};
 use crate::{Error, Inputs, System, Trajectory};
 
-/// What is done at a place with the weights of its costs.
+/// A function of the state and the weights at each place at which costs are evaluated.
 type Visit<'a, R> = &'a mut dyn FnMut(&NodeView<R>, &Weights<R>) -> Result<(), Error>;
 
-/// What the costs of a motion are summed with: how its grid is refined, the factors of J and of the outputs, and what v̇ and λ need.
+/// Data for the sum of costs: the refinement of the grid, factors of J and the outputs, and a workspace for v̇ and λ.
 pub(crate) struct CostSum<'a> {
     refinement: &'a Refinement,
     pub(crate) factors: CostFactors,
@@ -23,7 +23,7 @@ impl<'a> CostSum<'a> {
         CostSum { refinement, factors, accelerations: AccelerationsOfCosts::default() }
     }
 
-    /// Adds all costs at a node, or at a stage of the step into it, to J and to the outputs.
+    /// Adds all costs at a node, or at a stage of the step that ends there, to J and to the outputs.
     ///
     /// # Errors
     /// Accelerations that a cost depends on and that are not determined.
@@ -52,7 +52,7 @@ impl<'a> CostSum<'a> {
 impl<R: Real> Trajectory<R> {
     /// J of Eq. (5): all costs of the scene, summed over the given nodes.
     ///
-    /// `inputs` are those of the trajectory, on the grid that was used: [`Solver::inputs`](crate::Solver::inputs).
+    /// `inputs` are those of the trajectory, on the computed grid: [`Solver::inputs`](crate::Solver::inputs).
     ///
     /// # Errors
     /// Inputs of wrong size, invalid inserted nodes, a cost or sum that is not finite, or a cost on accelerations that are not unique.
@@ -71,7 +71,7 @@ impl<R: Real> Trajectory<R> {
         Ok(DVector::from_column_slice(&sums[1..]))
     }
 
-    /// J and the outputs, as far as they are asked for, with what v̇ and λ of other motions of the system were computed with.
+    /// The requested ones of J and the outputs, with a workspace for v̇ and λ that other motions of the system can reuse.
     ///
     /// # Errors
     /// As [`cost`](Self::cost).
@@ -97,7 +97,7 @@ impl<R: Real> Trajectory<R> {
         Ok(sums)
     }
 
-    /// Adds to J and the outputs what they get from node `i`, which stands in a column, and from the stages between it and the node before.
+    /// Adds to J and the outputs the contributions of node `i`, stored in `column`, and of the stages between it and the previous node.
     ///
     /// # Errors
     /// A cost that is not finite; accelerations that a cost depends on and that are not determined.
@@ -120,7 +120,7 @@ impl<R: Real> Trajectory<R> {
         Err(missing.unwrap_or_else(|| self.bad_cost(system, (inputs, design), (costs, i, column))))
     }
 
-    /// Hands on all that J and the outputs get from node `i`, which stands in a column, and from the stages between it and the node before.
+    /// Passes to `add` all contributions to J and the outputs of node `i`, stored in `column`, and of the stages between it and the previous node.
     ///
     /// # Errors
     /// Accelerations that a cost depends on and that are not determined.
@@ -138,7 +138,7 @@ impl<R: Real> Trajectory<R> {
         })
     }
 
-    /// Visits the places at which costs of a step are evaluated, the stages between its nodes and the node at its end, with their weights.
+    /// Visits the places at which the costs of a step are evaluated, with their weights: the stages between its nodes, and the node at its end.
     fn each_place(
         &self,
         system: &System,
@@ -165,7 +165,7 @@ impl<R: Real> Trajectory<R> {
         Ok(())
     }
 
-    /// Which cost of a step is not finite.
+    /// Finds the cost of a step that is not finite.
     fn bad_cost(
         &self,
         system: &System,
@@ -175,7 +175,7 @@ impl<R: Real> Trajectory<R> {
         let mut rows = CostRows::new((system.n(), system.m(), system.k()), system.parameters().len(), system.outputs());
         rows.factors.copy_from(&costs.factors);
         let (mut accelerations, given) = (Accelerations::new(system), costs.refinement.node_of_whole(node));
-        // Of the last place, where no cost by itself is to blame.
+        // Error at the last place, for sums that are not finite although every cost is finite.
         let mut of_all = Error::Overflow { what: "J".into(), value: f64::NAN };
         let visited = self.each_place(system, (inputs, design), (costs.refinement, node, column), &mut |at, weights| {
             let (real, weights) = (NodeValues::of_costs(at, |x| x.part(0)), weights.map(|x| x.part(0)));
@@ -199,14 +199,14 @@ impl<R: Real> Trajectory<R> {
     }
 }
 
-/// u̇ in the step into a node; nothing if there is none.
+/// Writes u̇ in the step that ends at a node; does nothing if there is no such step.
 pub(crate) fn control_rates<R: Real>(inputs: &Inputs<R>, step: usize, u_dot: &mut [R]) {
     let Some(&length) = inputs.grid.steps.get(step - 1) else { return };
     let [begin, end] = inputs.at_ends(step);
     u_dot.iter_mut().zip(begin.iter().zip(end)).for_each(|(u_dot, (&begin, &end))| *u_dot = (end - begin) / length);
 }
 
-/// Refuses J or outputs that overflowed.
+/// Returns an error if J or an output has overflowed.
 pub(crate) fn check_sums<R: Real>(system: &System, sums: &[R]) -> Result<(), Error> {
     let Some(k) = sums.iter().position(|sum| !is_finite(*sum)) else { return Ok(()) };
     let what = k.checked_sub(1).map_or_else(|| "J".into(), |output| format!("output `{}`", system.output_name(output)));

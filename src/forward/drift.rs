@@ -1,7 +1,7 @@
-//! Whether positions have drifted from their constraints: looked at now and then, so that a motion that has come apart says so.
+//! Drift of positions from their constraints, checked at some nodes, so that a motion whose joints have opened causes a warning.
 //!
-//! dΦ/dt = 0 holds at every node to rounding, Φ = 0 only as far as the quadrature of dΦ/dt goes. Φ_j is compared with the lengths ℓ_j in it,
-//! which have its unit, whatever the units are, and do not depend on where the mechanism is:
+//! dΦ/dt = 0 holds at every node to rounding, Φ = 0 only up to the quadrature error of dΦ/dt. Φ_j is compared with its lengths ℓ_j, which have its
+//! unit for any choice of units and do not depend on the position of the mechanism:
 //!
 //! ```text
 //!   Φ_j = … + α₁ sin q₁ + β₁ cos q₁ + …      ℓ_j = Σ √(α² + β²)                     (hinges: the distances from the centres of mass)
@@ -15,13 +15,13 @@ use crate::node::Newton;
 use crate::number::larger;
 use crate::{Settings, System, Warning};
 
-/// Besides the last node, those are looked at whose numbers are powers of two, from this one on: what is rare costs nothing.
+/// Besides the last node, nodes are checked whose numbers are powers of two, from this one on, so that the cost is negligible.
 const FIRST: usize = 128;
-/// How far coordinates reach is read off one node in so many, and off those where Φ is looked at.
+/// The largest coordinates are updated once in this number of nodes, and at nodes at which Φ is checked.
 const REACH_EVERY: usize = 8;
 
 impl Monitor {
-    /// Takes the coordinates of a node into account, if it is one of the first or one of those.
+    /// Includes the coordinates of a node in the largest ones, for the first nodes and one in `REACH_EVERY`.
     #[inline]
     pub(super) fn watch_reach(&mut self, motion: &Motion, node: usize) {
         if node < REACH_EVERY || node.is_multiple_of(REACH_EVERY) {
@@ -35,7 +35,7 @@ impl Monitor {
         self.reach.iter_mut().zip(q).for_each(|(reach, q)| *reach = larger(*reach, q.abs()));
     }
 
-    /// Before a motion: nothing is known of how far its coordinates reach.
+    /// Prepares for a motion whose largest coordinates are not known yet.
     pub(crate) fn begin(&mut self, system: &System, newton: &Newton) {
         self.measure_sinusoidal(newton);
         self.reach.clear();
@@ -44,7 +44,7 @@ impl Monitor {
         }
     }
 
-    /// Compares Φ at the last node, and at some before, with the lengths in the constraints, and keeps the warning of the worst.
+    /// Compares Φ with the lengths in the constraints, at the last node and some others, and keeps the worst warning.
     #[inline]
     pub(crate) fn watch_drift(
         &mut self,
@@ -60,7 +60,7 @@ impl Monitor {
         }
     }
 
-    // Rare, and kept out of the loop over the steps.
+    // Rare, and therefore not part of the loop over the steps.
     #[cold]
     #[inline(never)]
     fn measure_drift(&mut self, system: &System, motion: &Motion, newton: &Newton, node: usize, settings: &Settings) {
@@ -68,12 +68,12 @@ impl Monitor {
         self.phi.fill(0.0);
         system.phi(&motion.at(node), &mut self.phi);
         let size = |phi: f64| if phi.is_nan() { f64::INFINITY } else { phi.abs() };
-        // What the start may violate is no drift.
+        // A violation that is allowed at the start is not drift.
         let violation = |phi: f64| if size(phi) > settings.position_tolerance { size(phi) } else { 0.0 };
         self.phi.iter_mut().for_each(|phi| *phi = violation(*phi));
         self.measure_lengths(system, motion, newton, node);
         let violated = self.phi.iter().zip(&self.lengths).enumerate().filter(|(_, (phi, _))| **phi > 0.0);
-        // Infinite lengths do not excuse an infinite violation.
+        // An infinite violation counts even if the length is infinite.
         let share = |phi: f64, length: f64| if phi.is_finite() { phi / length } else { phi };
         let worst = violated.map(|(j, (&phi, &length))| (j, phi, share(phi, length))).max_by(|a, b| a.2.total_cmp(&b.2));
         if let Some(worst) = worst.filter(|(_, _, share)| *share > Warning::DRIFT) {
@@ -81,7 +81,7 @@ impl Monitor {
         }
     }
 
-    /// ℓ of the equations that are violated.
+    /// Computes ℓ of the violated equations.
     pub(crate) fn measure_lengths(&mut self, system: &System, motion: &Motion, newton: &Newton, node: usize) {
         self.measure_sinusoidal(newton);
         if self.phi.iter().zip(&self.lengths).any(|(phi, length)| *phi != 0.0 && *length == 0.0) {
@@ -89,14 +89,14 @@ impl Monitor {
         }
     }
 
-    /// ℓ of the equations that are sinusoidal, and zero for the others.
+    /// Computes ℓ of the sinusoidal equations, and zero for the others.
     fn measure_sinusoidal(&mut self, newton: &Newton) {
         self.lengths.fill(0.0);
         let waves = &newton.evaluation.constants.waves;
         waves.iter().for_each(|wave| self.lengths[wave.equation] += wave.sine.hypot(wave.cosine));
     }
 
-    /// ℓ of the equations that are not sinusoidal, with Φ_q at a node.
+    /// Computes ℓ of the equations that are not sinusoidal, with Φ_q at a node.
     fn measure_other_lengths(&mut self, system: &System, motion: &Motion, node: usize) {
         let is_sinusoidal: Vec<bool> = self.lengths.iter().map(|length| *length > 0.0).collect();
         let reach = &self.reach;

@@ -1,4 +1,4 @@
-//! Why a step has no solution, by the name of what is to blame.
+//! Explains why a step has no solution, with the name of the cause.
 
 use super::{ForwardSweep, rank};
 use crate::motion::column;
@@ -6,11 +6,11 @@ use crate::node::StepFailure;
 use crate::system::{NodeView, Sums};
 use crate::{Error, Start, System};
 
-/// Numbers of an iterate from here on are no arguments of a mechanism: their cubes overflow.
+/// Values of an iterate above this are not arguments of a mechanism: their cubes overflow.
 const RAN_AWAY: f64 = 1e100;
 
 impl ForwardSweep {
-    /// Whether a formula is to blame, which a shorter step would not change.
+    /// True if a formula is the cause, which a shorter step would not change.
     pub(super) fn model_fault(&self, system: &System, node: usize, failure: &StepFailure) -> bool {
         let overflows = match failure {
             StepFailure::NotFinite => true,
@@ -43,13 +43,13 @@ impl ForwardSweep {
         }
     }
 
-    /// Whether the constraints lose rank where the last good node stood.
+    /// Error if the constraints nearly lose rank at the last computed node.
     fn near_singular(&self, system: &System, node: usize) -> Option<Error> {
         let at = self.motion.at(node.checked_sub(1)?);
         rank::near_singular(system, &at, self.motion.step_of_whole(node), self.driven(system, node))
     }
 
-    /// The constraint equations that depend on time where the step was to end, Φ_t ≠ 0, at the coordinates of the last good node.
+    /// The constraint equations that depend on time at the end of the step, Φ_t ≠ 0, at the coordinates of the last computed node.
     fn driven(&self, system: &System, node: usize) -> Vec<String> {
         let (last, mut sums) = (self.motion.at(node.saturating_sub(1)), Sums::new(system.n(), system.m()));
         let still = vec![0.0; system.n()];
@@ -66,12 +66,12 @@ impl ForwardSweep {
         }
     }
 
-    /// The element that gives no number where the last good node stood, or where its velocities lead within so many seconds.
+    /// The element that is not finite at the last computed node, or `ahead` seconds later at constant velocities.
     fn find_not_finite(&self, system: &System, node: usize, ahead: f64) -> Option<Error> {
         let last = self.motion.at(node.saturating_sub(1));
         let u = column(&self.motion.inputs.controls, node);
         if node == 0 {
-            // What the iteration left of v₀ and σ₀ may be no numbers.
+            // The v₀ and σ₀ of the failed iteration may be NaN.
             let (v, sigma) = (self.given_velocity(), vec![0.0; last.sigma.len()]);
             return system.find_not_finite(&NodeView { q: &self.stepper.start_q, v: &v, sigma: &sigma, u, ..last }, 0);
         }
@@ -80,22 +80,22 @@ impl ForwardSweep {
         system.find_not_finite(&at, self.motion.node_of_whole(node))
     }
 
-    /// The same where the iteration broke off.
+    /// The element that is not finite where the iteration failed.
     fn find_not_finite_iterate(&self, system: &System, node: usize) -> Option<Error> {
         let x = self.stepper.newton.iterate(system);
         let h = self.stepper.half_step(&self.motion.trajectory.scheme, self.motion.length(node));
         let q: Vec<f64> = self.stepper.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
-        // An iteration that ran away says nothing of a formula.
+        // A diverged iterate does not indict a formula.
         let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
         let stage = self.motion.at_stage(node, self.stepper.stage);
         let at = NodeView { q: &q, v: &x.v, sigma: &x.sigma, ..stage };
         is_point.then(|| system.find_not_finite(&at, self.motion.node_of_whole(node))).flatten()
     }
 
-    /// Which element is to blame for a value that is not finite.
+    /// The error for a value that is not finite, with the element that causes it.
     fn not_finite(&self, system: &System, node: usize) -> Error {
         let (step, time, length) = (self.motion.step_of_whole(node), self.motion.time(node), self.motion.length(node));
-        // Node 0 has no step, and nothing ahead.
+        // At node 0 there is no step, and `ahead` is zero.
         let ahead = [0.0, self.motion.given_length(node)];
         let found = ahead.into_iter().find_map(|ahead| self.find_not_finite(system, node, ahead));
         found.or_else(|| self.find_not_finite_iterate(system, node)).unwrap_or_else(|| Error::Newton {

@@ -1,9 +1,9 @@
-//! Design variables b that a start which is given does not follow: ∂Φ/∂b ≠ 0 at q₀, so that with another value of b it would violate constraints.
+//! Design variables b that a given start does not follow: ∂Φ/∂b ≠ 0 at q₀, so that q₀ violates constraints for another value of b.
 
 use crate::system::{InputRows, NodeView};
 use crate::{System, Warning};
 
-/// What is to be said of dJ/db, which is that for the same q₀; nothing if constraints do not depend on b there.
+/// The warning that dJ/db holds for the same q₀; `None` if constraints do not depend on b there.
 pub(super) fn find(system: &System, at: &NodeView<f64>) -> Option<Warning> {
     if !system.placed().any(|item| item.is_set_by_design()) {
         return None;
@@ -11,7 +11,7 @@ pub(super) fn find(system: &System, at: &NodeView<f64>) -> Option<Warning> {
     let (mut elements, mut designs) = (Vec::new(), Vec::new());
     for item in system.placed().filter(|item| item.is_set_by_design()) {
         let (mut by_parameters, mut by_designs) = (vec![0.0; system.parameters().len()], vec![0.0; system.designs()]);
-        // Different, so that the equations of one element do not cancel.
+        // The weights differ, so that the equations of one element do not cancel.
         let weights = Vec::from_iter((0..system.m()).map(|j| 1.0 + 0.3 * (j as f64).sin()));
         let (mut u, mut time, mut evaluations) = (Vec::new(), 0.0, 0);
         let rows = &mut InputRows { u: &mut u, design: &mut by_parameters, time: &mut time, evaluations: &mut evaluations };

@@ -1,13 +1,13 @@
-//! A step that has no solution is halved, and its parts again: the motion goes on, on a grid that is written down as it is taken.
+//! Halving of steps that have no solution, repeatedly if necessary: the motion continues on a grid that is recorded as it is computed.
 //!
-//! From the first halved step on, the lists of the inputs hold what was taken, a gap, and what is ahead:
+//! From the first halved step on, the lists of the inputs contain the computed steps, a gap, and the steps ahead:
 //!
 //! ```text
 //!   ├── taken ──┤   gap   ├── ahead ──┤
 //! ```
 //!
-//! Taking a step carries it over the gap; halving one puts its second half to what is ahead. Either costs the same however long the lists
-//! are, for a gap that is used up is made anew in proportion to them. At the end nothing is ahead, and the gap is left out.
+//! Computing a step moves it across the gap; halving one adds its second half to the steps ahead. Both take the same time for any length of the
+//! lists, because a gap that is used up is enlarged in proportion to them. At the end no step is ahead, and the gap is removed.
 
 use nalgebra::DMatrix;
 
@@ -15,22 +15,22 @@ use super::{ForwardSweep, Motion};
 use crate::motion::{Refinement, column_mut};
 use crate::{Settings, Warning};
 
-/// Parts of a step below this share of it, as a power of ½, are lost in its rounding.
+/// Largest number of halvings of a step; shorter parts would be lost in its rounding.
 const MOST_HALVINGS: usize = 52;
-/// A gap has so many nodes at least, or one of so many nodes of the grid.
+/// Smallest number of nodes in a gap, and number of grid nodes for one node in it.
 const GAP: (usize, usize) = (16, 2);
 
-/// What is ahead of the step at hand, while steps are halved.
+/// The steps ahead of the current one, while steps are halved.
 pub(crate) struct Ahead {
-    /// Whether there was a halved step.
+    /// True if a step was halved.
     is_halved: bool,
     gap: usize,
-    /// How often the step at hand is halved, and the parts that follow it in its given step, the next one last.
+    /// Number of halvings of the current step, and those of the parts after it in its given step, the next one last.
     halvings: usize,
     parts: Vec<usize>,
-    /// Steps up to this node are taken again as they were taken before.
+    /// Steps up to this node are repeated as they were computed before.
     known: usize,
-    /// The most nodes that there is memory for.
+    /// Largest number of nodes for which there is memory.
     pub(crate) most_nodes: usize,
 }
 
@@ -39,18 +39,18 @@ impl Ahead {
         Ahead { is_halved: false, gap: 0, halvings: 0, parts: Vec::new(), known: 0, most_nodes: usize::MAX }
     }
 
-    /// Nothing is known of the grid but what is given.
+    /// Forgets all steps except those of the given grid.
     pub(crate) fn forget(&mut self) {
         (self.gap, self.known) = (0, 0);
         self.again();
     }
 
-    /// Whether a motion has had all nodes before.
+    /// True if all nodes were computed before.
     pub(crate) fn is_known(&self, nodes: usize) -> bool {
         self.known + 1 == nodes
     }
 
-    /// The grid is taken again as far as it is known.
+    /// Begins to repeat the grid as far as it is known.
     pub(crate) fn again(&mut self) {
         (self.is_halved, self.halvings) = (false, 0);
         self.parts.clear();
@@ -63,28 +63,29 @@ impl Motion {
         self.inputs.grid.nodes() - self.ahead.gap
     }
 
-    /// How the grid taken follows from the given one.
+    /// The relation between the computed grid and the given grid.
     pub(crate) fn refinement(&self) -> Refinement {
         let grid = &self.inputs.grid;
         Refinement::new(&grid.steps, grid.around[0], &self.trajectory.inserted)
     }
 
-    /// The number of the given step that ends at or behind a node, counted from 1, in the motion that this one is a part of; 0 for its start.
+    /// The number, counted from 1, of the given step that ends at a node or contains it, in the longer motion that contains this one; 0 for its
+    /// start.
     pub(crate) fn step_of_whole(&self, node: usize) -> usize {
         if node == 0 { 0 } else { self.node_of_whole(node) }
     }
 
-    /// The number of the given node that a node is or comes before, in the motion that this one is a part of.
+    /// The number of the given node at or after a node, in the longer motion of which this one is a part.
     pub(crate) fn node_of_whole(&self, node: usize) -> usize {
         self.inputs.grid.around[0] + node - self.trajectory.inserted.partition_point(|&inserted| inserted < node)
     }
 
-    /// The length of the given step that the step into a node, which is at hand, is or is a part of.
+    /// The length of the given step that contains the current step, which ends at `node`.
     pub(crate) fn given_length(&self, node: usize) -> f64 {
         self.length(node) * 2f64.powi(self.ahead.halvings as i32)
     }
 
-    /// Makes the step into a node the one at hand.
+    /// Makes the step that ends at a node the current one.
     #[inline]
     pub(crate) fn take(&mut self, node: usize) {
         if self.ahead.is_halved {
@@ -93,7 +94,7 @@ impl Motion {
         }
     }
 
-    /// The step into this node is taken and has a solution.
+    /// Keeps the step that ends at this node, because it has a solution.
     #[inline]
     pub(crate) fn keep(&mut self, node: usize) {
         if !self.ahead.parts.is_empty() {
@@ -101,23 +102,23 @@ impl Motion {
         }
     }
 
-    /// Whether the motion has come to this node before.
+    /// True if the motion has reached this node before.
     pub(crate) fn has_been_at(&self, node: usize) -> bool {
         node <= self.ahead.known
     }
 
-    /// The compliances that were chosen on the way are taken again as far as it is known.
+    /// Forgets the compliances of the start and of unknown nodes; those chosen at known nodes are used again.
     pub(crate) fn forget_compliance(&mut self) {
         let known = self.ahead.known;
         self.trajectory.compliance.retain(|part| 0 < part.from && part.from <= known);
     }
 
-    /// The motion has come before this node.
+    /// Marks the nodes before this one as known.
     pub(crate) fn know(&mut self, node: usize) {
         self.ahead.known = self.ahead.known.max(node - 1);
     }
 
-    /// Puts the step at hand back to those ahead.
+    /// Returns the current step to the steps ahead.
     pub(crate) fn put_back(&mut self, node: usize) {
         self.carry(node, node + self.ahead.gap);
         if self.ahead.halvings > 0 {
@@ -125,7 +126,7 @@ impl Motion {
         }
     }
 
-    /// Copies the step that stands before one place and the controls at its end to before another.
+    /// Copies the step that ends at `from`, and the controls at its end, to the step that ends at `to`.
     fn carry(&mut self, from: usize, to: usize) {
         let Motion { inputs, .. } = self;
         inputs.grid.steps[to - 1] = inputs.grid.steps[from - 1];
@@ -133,15 +134,15 @@ impl Motion {
         inputs.controls.as_mut_slice().copy_within(from * channels..(from + 1) * channels, to * channels);
     }
 
-    /// Whether the step that ends at a node may be shorter by half.
+    /// True if the step that ends at a node may be halved.
     pub(crate) fn may_halve(&self, node: usize, settings: &Settings) -> bool {
-        // Below this the end of the step would be its beginning.
+        // Shorter steps would end where they begin, up to rounding.
         let (t, dt) = (self.time(node - 1), self.length(node));
         let most = settings.max_halvings.min(MOST_HALVINGS);
         node > self.ahead.known && self.ahead.halvings < most && t + 0.25 * dt != t
     }
 
-    /// Inserts a node in the middle of the step at hand, which ended at `node`, with the mean of the controls at its ends.
+    /// Inserts a node in the middle of the current step, which ended at `node`, with the mean of the controls at its ends.
     pub(crate) fn halve(&mut self, node: usize) {
         if self.ahead.gap == 0 {
             self.open_gap(node);
@@ -156,7 +157,7 @@ impl Motion {
         column_mut(&mut self.inputs.controls, node).copy_from_slice(mean.as_slice());
     }
 
-    /// Moves what lies behind a node, to make room before it.
+    /// Moves the steps after a node, to make room before them.
     fn open_gap(&mut self, node: usize) {
         let (steps, nodes) = (self.inputs.grid.steps.len(), self.inputs.grid.nodes());
         let gap = GAP.0.max(nodes / GAP.1).min(self.ahead.most_nodes - nodes);
@@ -174,9 +175,9 @@ impl Motion {
         }
     }
 
-    /// Leaves the gap out: all that is ahead follows the step into a node, which is the last one taken.
+    /// Removes the gap: the steps ahead follow the step that ends at a node, which is the last one computed.
     pub(crate) fn close_gap(&mut self, node: usize) {
-        // Where a motion ends before its grid does, nodes ahead that are not of the given grid count as inserted too.
+        // If a motion ends before its grid does, nodes ahead that are not in the given grid count as inserted too.
         let parts = node..node + self.ahead.parts.len();
         let from = self.trajectory.inserted.last().map_or(0, |last| last + 1);
         self.trajectory.inserted.extend(parts.filter(|&node| node >= from));
@@ -199,12 +200,12 @@ impl Motion {
         }
     }
 
-    /// Whether the trajectory is a window over a longer motion, which keeps its length.
+    /// True if the trajectory is a window over a longer motion, which keeps its length.
     fn is_window(&self) -> bool {
         self.ahead.most_nodes < usize::MAX
     }
 
-    /// Makes the trajectory have so many columns.
+    /// Resizes the trajectory to a number of columns.
     pub(crate) fn make_room(&mut self, nodes: usize) {
         self.trajectory.resize(nodes);
         let blocks = std::mem::replace(&mut self.blocks, DMatrix::zeros(0, 0));
@@ -217,7 +218,7 @@ impl ForwardSweep {
     pub(crate) fn warn_of_halved_steps(&mut self) {
         let (inserted, grid) = (&self.motion.trajectory.inserted, &self.motion.inputs.grid);
         let Some(&first) = inserted.first() else { return };
-        // Every part begins or ends at an inserted node.
+        // Every part of a step begins or ends at an inserted node.
         let lengths = inserted.iter().map(|&node| grid.steps[node - 1].abs().min(grid.steps[node].abs()));
         let shortest = lengths.fold(f64::INFINITY, f64::min);
         let time = grid.time(first - 1);

@@ -1,4 +1,4 @@
-//! [`Examiner`]: which formulas lose derivatives along a motion. Those that read values are examined at some of its nodes, also far from the start.
+//! [`Examiner`]: finds formulas that lose derivatives along a motion. Formulas that read values are examined at some nodes, also far from the start.
 
 use nalgebra::DMatrix;
 
@@ -8,14 +8,14 @@ use crate::model::element::Sum;
 use crate::motion::{Report, column};
 use crate::system::{NodeView, Order};
 
-/// The number of nodes, spread evenly, and at most so many whose steps ended where nothing led to expect it, as in a contact; besides, the last node and those of
-/// costs at single nodes.
+/// Number of examined nodes that are evenly spaced, and largest number of examined nodes whose states were badly predicted, as in a contact. The last
+/// node and those of costs at single nodes are examined in addition.
 const EXAMINED: usize = 8;
 
 /// Examines formulas for lost derivatives of an order.
 pub(crate) struct Examiner {
     order: Order,
-    /// The number of surprising nodes so far.
+    /// Number of badly predicted nodes so far.
     surprises: usize,
 }
 
@@ -24,7 +24,7 @@ impl Examiner {
         Examiner { order, surprises: 0 }
     }
 
-    /// Warns of formulas that lose derivatives at a node, if it is one of those.
+    /// Warns of formulas that lose derivatives at a node, if the node is to be examined.
     #[inline]
     pub(crate) fn visit(&mut self, system: &System, motion: &Motion, node: usize, report: &mut Report) {
         if system.reads_values() && !motion.is_growing && self.is_worth_it(system, motion, node) {
@@ -42,7 +42,7 @@ impl Examiner {
 
     fn examine(&self, system: &System, motion: &Motion, node: usize, report: &mut Report) {
         let (k, step) = (node - motion.first, node.max(1));
-        // Any accelerations and reactions nearby will do.
+        // Approximate accelerations and reactions are sufficient.
         let rates = |x: &DMatrix<f64>| -> Vec<f64> {
             let changes = column(x, k).iter().zip(column(x, k.saturating_sub(1))).map(|(now, before)| now - before);
             changes.map(|change| change / motion.length(step)).collect()

@@ -1,4 +1,4 @@
-//! The forward sweep: consistent start, then one step after the other.
+//! The forward sweep: the consistent start, then one step after another.
 
 mod accelerations;
 mod adapt;
@@ -43,14 +43,14 @@ use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory, Warning,
 use redundancy::Relaxed;
 use restart::Restarting;
 
-/// The forward sweep: the motion so far, what takes its steps, and what watches them.
+/// The forward sweep: the motion so far, the solver of its steps, and the checks along it.
 pub(crate) struct ForwardSweep {
     pub(crate) motion: Motion,
     pub(crate) stepper: Stepper,
     pub(crate) monitor: Monitor,
     pub(crate) restarting: Restarting,
     pub(crate) watch: Watch,
-    /// The dependent constraints of the last start that had any.
+    /// The dependent constraints of the last start that has any.
     pub(crate) relaxed: Option<Relaxed>,
 }
 
@@ -72,7 +72,7 @@ impl ForwardSweep {
         self.advance(system, settings, usize::MAX).map(|_| ())
     }
 
-    /// Copies the inputs, makes room for so many nodes and solves node 0; allocates only when the room is not that of the call before.
+    /// Copies the inputs, makes room for a number of nodes and solves node 0; allocates only if the room differs from that of the previous call.
     pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
         self.motion.trajectory.computed = 0;
         (self.monitor.report, self.monitor.examiner) = (Report::default(), Examiner::new(Order::First));
@@ -80,7 +80,7 @@ impl ForwardSweep {
         settings.check()?;
         inputs.check(system)?;
         if self.motion.trajectory.times.len() != room {
-            // Inputs and gradient besides.
+            // Inputs and gradient are additional.
             let node = system.bytes_per_node(settings) + 2 * (1 + system.k()) * size_of::<f64>();
             memory::check("the motion", room, node)?;
             self.motion.trajectory = Trajectory::zeros(system, room, settings.scheme);
@@ -96,7 +96,7 @@ impl ForwardSweep {
         self.begin_again(system, settings)
     }
 
-    /// Takes over the inputs, the formulas as they are now, and a start that satisfies the constraints.
+    /// Sets the inputs, the current formulas, and a start that satisfies the constraints.
     pub(crate) fn take(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
         self.motion.inputs.copy_from(inputs);
         self.motion.design.clear();
@@ -110,13 +110,13 @@ impl ForwardSweep {
         self.assemble(system, inputs, settings)
     }
 
-    /// Brings a start that is a guess to one that satisfies the constraints.
+    /// Assembles a start that satisfies the constraints, if the start is a guess.
     fn assemble(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
         self.motion.assembly = None;
         let Start::Assembled { q, v, held } = &inputs.start else { return Ok(()) };
         let given = Given { u: inputs.controls_at(0), t: inputs.grid.start, design: &self.motion.design };
         let (newton, report) = (&mut self.stepper.newton, &mut self.monitor.report);
-        // Tolerances that let anything pass are for starts that are given.
+        // Larger tolerances are meant for given starts.
         let tolerance = settings.position_tolerance.min(Settings::default().position_tolerance);
         let mut assembler = Assembler { system, newton, report, tolerance };
         let assembled = assembler.assemble((q.as_slice(), v.as_slice(), held), given);
@@ -126,7 +126,7 @@ impl ForwardSweep {
         Ok(())
     }
 
-    /// Solves node 0 of the inputs at hand.
+    /// Solves node 0 of the current inputs.
     pub(crate) fn begin_again(&mut self, system: &System, settings: &Settings) -> Result<(), Error> {
         (self.motion.first, self.stepper.smooth_from, self.restarting.most_range) = (0, 0, 0.0);
         self.motion.restarts.clear();
@@ -148,15 +148,15 @@ impl ForwardSweep {
         Ok(())
     }
 
-    /// Computes the nodes before this one, as far as the grid goes; a step without a solution is halved. False if there is no memory for
-    /// a node that had to be inserted.
+    /// Computes the nodes before `end`, as far as the grid goes, and halves steps without a solution. Returns false if there is no memory for a node
+    /// that had to be inserted.
     pub(crate) fn advance(&mut self, system: &System, settings: &Settings, end: usize) -> Result<bool, Error> {
         let was_known = self.motion.ahead.is_known(self.motion.nodes());
         let done = self.take_steps(system, settings, end);
         let next = self.motion.first + self.motion.trajectory.computed;
         self.motion.know(next);
         if done.is_err() || next == self.motion.nodes() {
-            // Of a step that failed it is known how it was halved; one before which the motion was stopped is still ahead.
+            // A failed step is known with its halvings; a step before which the motion was stopped is still ahead.
             let has_failed = done.as_ref().is_err_and(|error| !matches!(error, Error::Interrupted { .. }));
             self.motion.close_gap(next - usize::from(!has_failed));
             if done.is_ok() && !was_known {
@@ -172,7 +172,7 @@ impl ForwardSweep {
             self.motion.take(node);
             let smooth_from = self.stepper.smooth_from;
             while let Err(failure) = self.step(system, node, settings) {
-                // What was learned of the long step is not known when its halves are computed again.
+                // Information from the long step must not be used when its halves are recomputed.
                 self.stepper.smooth_from = smooth_from;
                 if !self.shorten(system, node, failure, settings)? {
                     return Ok(false);
@@ -197,13 +197,13 @@ impl ForwardSweep {
         Ok(true)
     }
 
-    /// Watches what dependent constraints do in the step into a node.
+    /// Checks dependent constraints in the step that ends at a node.
     fn watch_dependent(&mut self, system: &System, node: usize) {
         self.watch_brake(system, node);
         selection::watch(self, system, node);
     }
 
-    /// Halves a step that failed, if that may help; false if there is no memory for another node.
+    /// Halves a failed step if that may help; false if there is no memory for another node.
     #[cold]
     fn shorten(&mut self, system: &System, node: usize, failure: StepFailure, settings: &Settings) -> Result<bool, Error> {
         if self.model_fault(system, node, &failure) || !self.motion.may_halve(node, settings) {
@@ -218,7 +218,7 @@ impl ForwardSweep {
         Ok(has_room)
     }
 
-    /// Solves all stages of the step into a node.
+    /// Solves all stages of the step that ends at a node.
     pub(super) fn step(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
         for s in 0..self.motion.trajectory.last_stage() {
             self.solve_stage(system, node, s + 1, settings)?;
@@ -226,7 +226,7 @@ impl ForwardSweep {
         Ok(())
     }
 
-    // By itself, so that nothing is prepared for a loop over one stage.
+    // Not inlined, to avoid the overhead of a loop over one stage.
     #[inline(never)]
     fn solve_stage(&mut self, system: &System, node: usize, s: usize, settings: &Settings) -> Result<(), StepFailure> {
         let (dt, k) = (self.motion.inputs.grid.steps[node - 1], node - self.motion.first);
@@ -234,7 +234,7 @@ impl ForwardSweep {
         if !self.motion.trajectory.compliance.is_empty() {
             self.stepper.start_sigma.copy_from_slice(column(&self.motion.trajectory.sigma, k - 1));
         }
-        // Of a step that is followed from zero, later stages know its beginning.
+        // If a step is continued from zero, later stages are extrapolated from its beginning only.
         let history = Predictor::MOST.min(k).min(node - self.stepper.smooth_from).max(1);
         if history == 1 && s == 1 && self.is_rough(k) {
             self.continue_from_zero(system, node, settings)?;
@@ -257,7 +257,7 @@ impl ForwardSweep {
         Ok(())
     }
 
-    /// Solves the stage at hand of a step of this length, with corrections that are shortened until they pay if they are to be damped.
+    /// Solves the current stage of a step of this length; if damped, corrections are halved until the residual decreases enough.
     pub(crate) fn solve_at_hand<const DAMPED: bool>(
         &mut self,
         system: &System,
@@ -281,7 +281,7 @@ impl ForwardSweep {
         self.solve::<false>(system, node, h, settings)
     }
 
-    /// Solves the node problem of the stage at hand from the values in its columns.
+    /// Solves the node problem of the current stage, with the values in its columns as the guess.
     fn solve<const DAMPED: bool>(
         &mut self,
         system: &System,
@@ -316,7 +316,7 @@ impl ForwardSweep {
         Ok(())
     }
 
-    /// Keeps the worst of all warnings of this kind; compliances lose digits on purpose, of what moves nothing.
+    /// Keeps the worst warning of this kind; with compliances, digits are lost only in multipliers that move nothing.
     #[inline]
     pub(crate) fn warn_of_lost_digits(&mut self, system: &System, node: usize, worst_before: f64) {
         let is_new = self.monitor.report.worst_pivot < worst_before.min(Warning::LOST_DIGITS);
@@ -332,7 +332,7 @@ impl ForwardSweep {
         self.monitor.report.replace(Warning::LostDigits { step, time, unknown, pivot: self.monitor.report.worst_pivot });
     }
 
-    /// Keeps the warning of the angle that turns most in one step, if it turns too far.
+    /// Keeps the warning of the angle with the largest rotation in one step, if it is too large.
     fn watch_turns(&mut self, system: &System, node: usize) {
         let k = node - self.motion.first;
         let (before, now) = (column(&self.motion.trajectory.q, k - 1), column(&self.motion.trajectory.q, k));
@@ -345,7 +345,7 @@ impl ForwardSweep {
         self.monitor.report.replace(Warning::Unresolved { coordinate, step, time, turn: self.monitor.most_turn });
     }
 
-    /// Factors K(0) at the given state, before anything is solved with it.
+    /// Factors K(0) at the given state, before any solve.
     pub(crate) fn factor_start(&mut self, system: &System) -> Result<(), Breakdown> {
         let from =
             KnownPart { h: 0.0, q: &self.stepper.start_q, p_star: &self.stepper.start_p, sigma: &self.stepper.start_sigma };
@@ -355,7 +355,7 @@ impl ForwardSweep {
         self.stepper.newton.factor_at(system, &from, given, (v, sigma), &mut self.monitor.report)
     }
 
-    /// Refuses a node where an energy is not defined, though its derivatives are.
+    /// Returns an error if an energy is not defined at a node, even though its derivatives are.
     fn check_energies(&self, system: &System, node: usize) -> Result<(), Error> {
         if !system.has_partly_defined_energies() {
             return Ok(());

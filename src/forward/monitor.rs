@@ -1,27 +1,27 @@
-//! [`Monitor`]: what a run has to say of itself.
+//! [`Monitor`]: the report and the warnings of a run.
 
 use super::Examiner;
 use crate::Warning;
 use crate::motion::Report;
 use crate::system::Order;
 
-/// The report of a run, and what its warnings are made of.
+/// The report of a run, and the quantities from which its warnings are derived.
 pub(crate) struct Monitor {
     pub(crate) report: Report,
     pub(crate) examiner: Examiner,
-    /// The most that an angle turned in a step, if it is worth a warning.
+    /// Largest rotation of an angle in a step, if it is worth a warning.
     pub(crate) most_turn: f64,
-    /// The most that the compliances of dependent constraints took of the kinetic energy, if it is worth a warning, and the largest one looked at.
+    /// Largest loss of kinetic energy by the compliances of dependent constraints, if it is worth a warning; largest kinetic energy at checked nodes.
     pub(crate) most_braked: f64,
     pub(crate) most_kinetic: f64,
-    /// What they took since equations were chosen to be left out, if it is worth choosing anew.
+    /// Loss of energy since left-out equations were chosen, if it is worth another choice.
     pub(crate) brake: f64,
-    /// Whether what is left out is to be chosen anew, or positions projected, as soon as possible.
+    /// True if left-out equations must be chosen anew, or positions projected, as soon as possible.
     pub(crate) is_urgent: bool,
-    /// Φ of a node, and what its entries are compared with.
+    /// Φ of a node, and the lengths with which it is compared.
     pub(crate) phi: Vec<f64>,
     pub(crate) lengths: Vec<f64>,
-    /// The largest |q_i| up to the last node; empty where no length asks for it.
+    /// The largest |q_i| up to the last node; empty if no length needs it.
     pub(crate) reach: Vec<f64>,
 }
 
@@ -41,7 +41,7 @@ impl Monitor {
         }
     }
 
-    /// Nothing is known of what compliances take.
+    /// Resets the losses by compliances.
     pub(crate) fn forget_brakes(&mut self) {
         (self.most_braked, self.most_kinetic, self.brake) = (Warning::BRAKED, 0.0, 0.0);
         self.is_urgent = false;

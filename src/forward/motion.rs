@@ -1,4 +1,4 @@
-//! [`Motion`]: all that is known of a motion, as data; the adjoint sweep needs nothing else.
+//! [`Motion`]: a motion as data, complete for the adjoint sweep.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -11,29 +11,29 @@ use crate::{Compliance, Grid, Inputs, Scheme, Start, System, Trajectory, Warning
 
 /// A motion, or a window over it.
 pub(crate) struct Motion {
-    /// On the grid that is taken; what is ahead stands behind a gap, while there is one.
+    /// Inputs on the computed grid; while there is a gap, the steps ahead are stored after it.
     pub(crate) inputs: Inputs,
-    /// The values of the parameters, from its design variables.
+    /// The values of the parameters, from the design variables of the inputs.
     pub(crate) design: Vec<f64>,
-    /// How its start was made of a guess.
+    /// The assembly of the start, if it was a guess.
     pub(crate) assembly: Option<Assembly>,
-    /// What is to be said of derivatives by design variables, if it was given.
+    /// Warning about derivatives with respect to design variables, for a given start.
     pub(crate) given_start: Option<Warning>,
     pub(crate) ahead: Ahead,
-    /// Whether its grid is made on the way, so that the last node is not the end.
+    /// True while an adaptive grid is being constructed, so that the last node is not the end.
     pub(crate) is_growing: bool,
-    /// The node that column 0 of the trajectory holds.
+    /// The node stored in column 0 of the trajectory.
     pub(crate) first: usize,
     pub(crate) trajectory: Trajectory,
-    /// The second derivatives of all varying elements, one column a stage.
+    /// The second derivatives of all varying elements, one column per stage.
     pub(crate) blocks: DMatrix<f64>,
-    /// Those at the start as it was given, and σ = 0 there.
+    /// Second derivatives at the given start, and σ = 0 there.
     pub(crate) start_blocks: Vec<f64>,
     pub(crate) no_sigma: Vec<f64>,
     pub(crate) restarts: Restarts,
-    /// The small compliances of all equations that close loops, if some depend on each other: nothing is left out.
+    /// The small compliances of all equations that close loops, without left-out ones; empty unless some depend on each other.
     pub(crate) shared: Vec<(usize, f64)>,
-    /// Whether the step into a column is worth a look, if elements may bend within it.
+    /// For each column, true if the end of its step was badly predicted, so that the step is checked for unresolved forces.
     pub(crate) surprising: Vec<bool>,
 }
 
@@ -63,13 +63,13 @@ impl Motion {
         }
     }
 
-    /// What equations and costs of a node depend on.
+    /// The arguments of equations and costs at a node.
     pub(crate) fn at(&self, node: usize) -> NodeView<'_, f64> {
         self.trajectory.columns(node - self.first).with_inputs((self.inputs.controls_at(node), &self.design))
     }
 
-    /// Whether both take the same steps, are restarted in the same way at the same nodes and leave out the same equations: only then is what is read from
-    /// them one function of the inputs.
+    /// True if both motions have the same steps, the same kinds of restarts at the same nodes and the same left-out equations: only then are
+    /// quantities computed from them the same function of the inputs.
     pub(crate) fn is_like(&self, other: &Motion) -> bool {
         let left_out = |motion: &Motion| -> Vec<(usize, Vec<usize>)> {
             let parts = motion.trajectory.compliance.iter();
@@ -80,7 +80,7 @@ impl Motion {
             && left_out(self) == left_out(other)
     }
 
-    /// Takes these compliances from a node on.
+    /// Sets the compliances from a node on.
     pub(crate) fn set_compliance(&mut self, from: usize, equations: Vec<(usize, f64)>) {
         let parts = &mut self.trajectory.compliance;
         let at = parts.partition_point(|part| part.from < from);
@@ -90,12 +90,12 @@ impl Motion {
         parts.insert(at, Compliance { from, equations });
     }
 
-    /// (q₀, v₀, σ = 0) as given, which p*₀ = T_v was taken from, and the second derivatives there; v₀ may violate dΦ/dt = 0 within a tolerance.
+    /// (q₀, v₀, σ = 0) as given, from which p*₀ = T_v was computed, and the second derivatives there; v₀ may violate dΦ/dt = 0 within a tolerance.
     pub(crate) fn given_start(&self) -> (NodeView<'_, f64>, &[f64]) {
         (NodeView { v: self.inputs.start.rate().as_slice(), sigma: &self.no_sigma, ..self.at(0) }, &self.start_blocks)
     }
 
-    /// What they depend on at a stage of the step into a node; the last one is the node itself.
+    /// The arguments of equations and costs at a stage of the step that ends at a node; the last stage is the node itself.
     pub(crate) fn at_stage(&self, node: usize, s: usize) -> NodeView<'_, f64> {
         if s == self.trajectory.last_stage() {
             return self.at(node);
@@ -109,7 +109,7 @@ impl Motion {
         k * self.trajectory.last_stage() + s - 1
     }
 
-    /// The second derivatives of a stage of the step into a node.
+    /// The second derivatives of a stage of the step that ends at a node.
     #[inline]
     pub(crate) fn stage_blocks(&self, node: usize, s: usize) -> &[f64] {
         column(&self.blocks, self.block_column(node - self.first, s))
@@ -120,7 +120,7 @@ impl Motion {
         self.stage_blocks(node, self.trajectory.last_stage())
     }
 
-    /// Whether the step into a node is worth a look.
+    /// True if the end of the step was badly predicted.
     pub(crate) fn is_surprising(&self, node: usize) -> bool {
         self.surprising.get(node - self.first).is_some_and(|surprising| *surprising)
     }
@@ -130,7 +130,7 @@ impl Motion {
         self.trajectory.times[node - self.first]
     }
 
-    /// The length of the step into a node, s.
+    /// The length of the step that ends at a node, s.
     pub(crate) fn length(&self, node: usize) -> f64 {
         node.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before])
     }

@@ -4,14 +4,14 @@
 //!   K(0) (δw, δν) = −(𝓛_v, Φ)      δw = −T 𝓛_v − S Φ
 //! ```
 //!
-//! **What rounding leaves.** Φ_j is known to ε t_j, with t_j the sum of the sizes of its terms, and no correction is better than S Δ for |Δ_j| ≤ ε t_j.
-//! T is M⁻¹ times a projector and bounded. S is not: at a distance θ from a configuration where Φ_q loses rank, as of a flat parallelogram,
-//! it is as large as 1/θ. So corrections that have stopped shrinking are rounding, whatever their size, if they come from Φ more than from 𝓛_v,
-//! and of Φ nothing is left but rounding. The positions are then off by u ≈ ε/θ along a motion that the constraints hardly resist there, and
-//! Φ = 0 holds as well as numbers allow. A projection that fails leaves more of Φ, or is held up by 𝓛_v.
+//! **Rounding.** Φ_j is known to ε t_j, with t_j the sum of the absolute values of its terms, and no correction is more accurate than S Δ for |Δ_j| ≤
+//! ε t_j. T is M⁻¹ times a projector, so it is bounded. S is not: at a distance θ from a configuration at which Φ_q loses rank, such as a flat
+//! parallelogram, it is as large as 1/θ. Corrections that have stopped shrinking are therefore rounding, for any size, if Φ contributes more to them
+//! than 𝓛_v, and Φ itself is rounding. The positions then have an error u ≈ ε/θ along a motion that the constraints hardly resist there, and Φ = 0
+//! holds to rounding. A projection that fails has a larger Φ, or 𝓛_v does not converge.
 //!
-//! **Dependent constraints.** With Φ_qᵀz = 0, rounding ε of zᵀΦ makes ν move by ε/μ along z, 1e-5 N s, and 𝓛_v by (Φ_q(q) − Φ_q(q⁻))ᵀz times that if
-//! corrections are those at q⁻. So K(0) is that at q, where Φ_qᵀz = 0, as soon as q is known.
+//! **Dependent constraints.** With Φ_qᵀz = 0, rounding ε of zᵀΦ moves ν by ε/μ along z, 1e-5 N s, and 𝓛_v by this times (Φ_q(q) − Φ_q(q⁻))ᵀz if K(0)
+//! is that at q⁻. Therefore K(0) is factored at q, where Φ_qᵀz = 0, as soon as q is known.
 
 use super::Motion;
 use super::monitor::Monitor;
@@ -21,10 +21,10 @@ use crate::node::{Newton, StepFailure};
 use crate::number::{larger, largest};
 use crate::system::NodeView;
 
-/// A projection that has not converged after so many corrections does not; those that shrink by a third have reached rounding by then. Those of its
-/// derivatives shrink alike.
+/// A projection that has not converged after this number of corrections fails; corrections that shrink by a third have reached rounding by then. The
+/// corrections of its derivatives shrink alike.
 pub(crate) const MOST_CORRECTIONS_OF_PROJECTION: usize = 90;
-/// Where constraints depend on each other so many corrections have a K(0) of their own: q is known to rounding before the last.
+/// If constraints depend on each other, K(0) is factored anew in these corrections: q is known to rounding before the last.
 const REFACTORED: std::ops::RangeInclusive<usize> = 1..=2;
 /// Momenta at rest below this fraction of those of the motion are rounding.
 const LINEAR: f64 = 1e-12;
@@ -39,14 +39,14 @@ const ROUNDING_OF_PHI: f64 = 8.0 * f64::EPSILON;
 pub(super) struct Projection<'a> {
     pub(super) system: &'a System,
     pub(super) motion: &'a Motion,
-    /// With the factors of K(0) at q⁻, before the projection.
+    /// Newton's method, with the factors of K(0) at q⁻ before the projection.
     pub(super) newton: &'a mut Newton,
     pub(super) monitor: &'a mut Monitor,
     pub(super) node: usize,
 }
 
 impl Projection<'_> {
-    /// Moves the point `at` from q⁻ of a node to its projection, with the factors of K(0) at q⁻, and leaves its blocks in the evaluation.
+    /// Moves the point `at` from q⁻ of a node to its projection; its blocks are then in the evaluation. Needs the factors of K(0) at q⁻.
     pub(super) fn apply(&mut self, at: &mut Point) -> Result<(), StepFailure> {
         self.l_v(at);
         let momentum = self.newton.weights.of_momenta(&at.left.v);
@@ -87,7 +87,7 @@ impl Projection<'_> {
         Err(StepFailure::Projection { iterations: MOST_CORRECTIONS_OF_PROJECTION, correction: moved })
     }
 
-    /// Refuses T_v(q, 0) ≠ 0, by which q would be moved though Φ = 0.
+    /// Returns an error if T_v(q, 0) ≠ 0, because it would move q even if Φ = 0.
     fn check_quadratic(&self, at_rest: &[f64], momentum: f64) -> Result<(), StepFailure> {
         let weights = self.newton.weights.momenta();
         let size = |i: usize| weights[i] * at_rest[i].abs();
@@ -99,7 +99,7 @@ impl Projection<'_> {
         }
     }
 
-    /// Φ, and with compliances Φ − μ ν.
+    /// Writes Φ or, with compliances, Φ − μ ν.
     fn violation(&mut self, at: &mut Point) {
         let point = NodeView { q: &at.q, ..self.motion.at(self.node) };
         self.newton.evaluation.phi(self.system, &point, &mut at.left.sigma);
@@ -108,7 +108,7 @@ impl Projection<'_> {
         }
     }
 
-    /// Whether a correction that is as large as the one before is what the rounding of Φ makes of it.
+    /// True if a correction that is as large as the previous one is the rounding error of Φ.
     #[cold]
     fn is_rounding_of_phi(&mut self, at: &mut Point, correction: f64) -> bool {
         self.l_v(at);
@@ -121,8 +121,8 @@ impl Projection<'_> {
         of_l_v <= 0.5 * correction && at.left.sigma.iter().zip(&terms).all(is_rounding)
     }
 
-    /// t_j: the lengths in Φ_j and Σ |∂Φ_j/∂q_i| |q_i|. What a formula adds up where its derivatives are small is not known, and is taken for as large
-    /// as in the others.
+    /// t_j: the lengths in Φ_j and Σ |∂Φ_j/∂q_i| |q_i|. Terms of formulas with small derivatives are not known; they are assumed to be as large as in
+    /// the other formulas.
     fn terms(&mut self, at: &Point) -> Vec<f64> {
         self.monitor.phi.copy_from_slice(&at.left.sigma);
         self.monitor.measure_lengths(self.system, self.motion, self.newton, self.node);

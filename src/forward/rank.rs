@@ -1,4 +1,4 @@
-//! Ranks of the constraint Jacobian and of the mass matrix, dense and free of units: for explanations, never for a step.
+//! Ranks of the constraint Jacobian and of the mass matrix, from dense matrices without units: for explanations only, never for a step.
 
 use std::cell::OnceCell;
 
@@ -13,11 +13,11 @@ use crate::{Error, System};
 pub(crate) const RANK: f64 = 1e-7;
 /// Eigenvalues of M̂ below this are negative, and not rounding.
 const NEGATIVE: f64 = -1e-10;
-/// Close to a singular configuration the smallest singular value is below this.
+/// A smallest singular value below this means that a singular configuration is near.
 const NEARLY_SINGULAR: f64 = 1e-3;
-/// What lies so far aside is nearby.
+/// Nearby configurations are at this relative distance.
 const ASIDE: f64 = 1e-3;
-/// Beyond this number of coordinates the decompositions here would take longer than anybody wants to wait.
+/// Largest number of coordinates: beyond it the decompositions here would take too long.
 const MOST_COORDINATES: usize = 400;
 
 /// Φ̂ = R Φ_q D with rows of length one, D = |diag(M)|^(−1/2).
@@ -26,13 +26,13 @@ pub(crate) struct Scaled {
     /// The diagonals of R and D.
     row: DVector<f64>,
     column: DVector<f64>,
-    /// Combinations of rows that vanish, and directions that the constraints allow, by columns: once somebody asks.
+    /// Combinations of rows that vanish, and directions that the constraints allow, by columns; computed on first use.
     dependencies: OnceCell<DMatrix<f64>>,
     free: OnceCell<DMatrix<f64>>,
 }
 
 impl Scaled {
-    /// At one configuration; None if there are too many coordinates or anything is not finite.
+    /// For one configuration; `None` if there are too many coordinates or a value is not finite.
     pub(crate) fn at(system: &System, at: &NodeView<f64>) -> Option<Self> {
         if system.n() > MOST_COORDINATES {
             return None;
@@ -41,7 +41,7 @@ impl Scaled {
         Scaled::by(column, system, at)
     }
 
-    /// With this D.
+    /// For a given D.
     fn by(column: DVector<f64>, system: &System, at: &NodeView<f64>) -> Option<Self> {
         let (n, m) = (system.n(), system.m());
         let mut phi_q = DMatrix::zeros(m, n);
@@ -61,10 +61,10 @@ impl Scaled {
         DMatrix::from_fn(d.len(), d.len(), |i, j| mass[(i, j)] * d[i] * d[j])
     }
 
-    /// Coordinates aside by a share of the largest, where the constraints leave room.
+    /// Coordinates moved by a fraction of the largest, in a direction that the constraints allow.
     pub(super) fn aside(&self, at: &NodeView<f64>, share: f64) -> DVector<f64> {
         let free = self.free();
-        // Any direction: that of every coordinate counts.
+        // An arbitrary direction in which every coordinate takes part.
         let weights = DVector::from_fn(free.ncols(), |k, _| 1.0 + 0.37 * k as f64);
         let direction = (free * weights).component_mul(&self.column);
         let largest = at.q.iter().fold(0.0f64, |largest, q| largest.max(q.abs()));
@@ -72,7 +72,7 @@ impl Scaled {
         DVector::from_column_slice(at.q) + &direction * (length / direction.amax().max(f64::MIN_POSITIVE))
     }
 
-    /// Coordinates aside after so many corrections of least length towards Φ = 0, or fewer if the rest is rounding, and Φ_q before the last.
+    /// Nearby coordinates after at most this number of shortest corrections towards Φ = 0, and Φ_q before the last correction.
     fn corrected(&self, system: &System, at: &NodeView<f64>, most: usize) -> Option<(DVector<f64>, Scaled)> {
         let (mut q, mut last, mut phi) = (self.aside(at, ASIDE), None, vec![0.0; system.m()]);
         for _ in 0..most {
@@ -99,20 +99,20 @@ impl Scaled {
         self.free.get_or_init(|| null_space(&self.phi_q, RANK))
     }
 
-    /// Which equations depend on each other, and the rank; None if all are independent.
+    /// The rank, and the equations that depend on each other; `None` if all are independent.
     fn dependent(&self, system: &System) -> Option<(usize, Vec<String>)> {
         let null = self.dependencies();
         (null.ncols() > 0).then(|| (system.m() - null.ncols(), names_of_rows(null, system)))
     }
 
-    /// The rank of Φ_q here or at other admissible configurations nearby, where it may be larger.
+    /// The rank of Φ_q at this configuration or at admissible nearby ones, where it may be larger.
     pub(crate) fn rank(&self, system: &System, at: &NodeView<f64>) -> usize {
         let of = |scaled: &Scaled| system.m() - scaled.dependencies().ncols();
         let nearby = if of(self) < system.m() { self.corrected(system, at, 20) } else { None };
         nearby.map_or(0, |(_, nearby)| of(&nearby)).max(of(self))
     }
 
-    /// Constraints that depend on each other, or motions without kinetic energy, as an error.
+    /// The error for constraints that depend on each other, or for motions without kinetic energy.
     pub(crate) fn explain(&self, system: &System, at: &NodeView<f64>) -> Option<Error> {
         let time = at.t;
         if let Some((rank, equations)) = self.dependent(system) {
@@ -129,7 +129,7 @@ impl Scaled {
         Some(Error::SingularMass { coordinates, time })
     }
 
-    /// The coordinates that take part in motions of negative kinetic energy which the constraints allow.
+    /// The coordinates in admissible motions with negative kinetic energy.
     pub(crate) fn negative(&self, system: &System, at: &NodeView<f64>) -> Vec<usize> {
         let free = self.free();
         let Some(energies) = eigen(free.transpose() * self.mass(system, at) * free) else { return Vec::new() };
@@ -139,7 +139,7 @@ impl Scaled {
         (0..free.nrows()).filter(moves).collect()
     }
 
-    /// Dependent equations that the values `phi` (Φ or dΦ/dt) do not satisfy together, as an error.
+    /// The error for dependent equations that the values `phi` (Φ or dΦ/dt) cannot satisfy together.
     pub(crate) fn contradiction(&self, system: &System, phi: &[f64], time: f64) -> Option<Error> {
         let null = self.dependencies();
         let values = DVector::from_column_slice(phi).component_mul(&self.row);
@@ -149,18 +149,18 @@ impl Scaled {
         }
         let takes_part = |j: &usize| clash[*j].abs() > 1e-6 * clash.amax();
         let equations = (0..system.m()).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect();
-        // zᵀΦ, whatever q or v is, of the combination z whose largest share is 1.
+        // zᵀΦ, for any q or v, of the combination z whose largest share is 1.
         let violation = clash.norm_squared() / clash.component_mul(&self.row).amax();
         Some(Error::ContradictoryConstraints { equations, violation, time })
     }
 }
 
-/// The equations that depend on each other, if there are any and they can be told.
+/// The equations that depend on each other, if there are any and they can be determined.
 pub(crate) fn dependent(system: &System, at: &NodeView<f64>) -> Option<Vec<String>> {
     Some(Scaled::at(system, at)?.dependent(system)?.1)
 }
 
-/// Whether constraints that depend on each other here are independent at other admissible configurations nearby.
+/// The error if constraints that depend on each other here are independent at admissible configurations nearby.
 pub(crate) fn is_singular(here: &Scaled, system: &System, at: &NodeView<f64>) -> Option<Error> {
     let (rank, equations) = here.dependent(system)?;
     let (_, nearby) = here.corrected(system, at, 20)?;
@@ -176,8 +176,8 @@ pub(crate) fn is_singular(here: &Scaled, system: &System, at: &NodeView<f64>) ->
     })
 }
 
-/// Whether other coordinates satisfy constraints that contradict each other as far as their derivatives here tell: those of a chain that is stretched too far
-/// do not let it shorten, but to the side it can go.
+/// True if other coordinates satisfy constraints that seem contradictory from their derivatives here: those of an overstretched chain do not allow it
+/// to shorten, except sideways.
 pub(crate) fn can_be_met(here: &Scaled, system: &System, at: &NodeView<f64>) -> bool {
     let size = |q: &[f64]| {
         let mut phi = vec![0.0; system.m()];
@@ -188,7 +188,7 @@ pub(crate) fn can_be_met(here: &Scaled, system: &System, at: &NodeView<f64>) -> 
     found.is_some_and(|(q, _)| size(q.as_slice()) <= 1e-6 * size(at.q))
 }
 
-/// What a step that failed can have met: Φ_q of nearly deficient rank, where nearby it has a larger one.
+/// The error if a step may have failed because Φ_q is nearly rank-deficient here, with a larger rank nearby.
 pub(crate) fn near_singular(system: &System, at: &NodeView<f64>, step: usize, driven: Vec<String>) -> Option<Error> {
     let here = Scaled::at(system, at)?;
     let null = null_space(&here.phi_q.transpose(), NEARLY_SINGULAR);
@@ -204,7 +204,7 @@ fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {
     (0..system.m()).filter(takes_part).map(|j| system.equation_name(j).to_string()).collect()
 }
 
-/// diag(M) by dual numbers, along all coordinates at once of which M couples none with another.
+/// diag(M) by dual numbers, along several coordinates at once if M does not couple them.
 fn mass_diagonal(system: &System, at: &NodeView<f64>) -> DVector<f64> {
     let mut there = NodeValues::of_equations(at, Dual64::from_re);
     let (mut sums, mut diagonal) = (Sums::new(system.n(), system.m()), DVector::zeros(system.n()));
@@ -226,7 +226,7 @@ pub(crate) fn mass_matrix(system: &System, at: &NodeView<f64>) -> DMatrix<f64> {
 /// An orthonormal basis of the null space, by columns.
 pub(crate) fn null_space(matrix: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> {
     let columns = matrix.ncols();
-    // Squared up with zero rows, so that the decomposition holds all right singular vectors.
+    // Squared up with zero rows, so that the decomposition contains all right singular vectors.
     let square = matrix.clone().resize_vertically(matrix.nrows().max(columns), 0.0);
     let Some(SVD { singular_values, v_t: Some(directions), .. }) = decomposition(square) else {
         return DMatrix::zeros(columns, 0);
@@ -237,13 +237,13 @@ pub(crate) fn null_space(matrix: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> 
     if picked.is_empty() { DMatrix::zeros(columns, 0) } else { DMatrix::from_columns(&picked) }
 }
 
-/// The singular value decomposition of a matrix of entries about one, unless it is empty or not finite.
+/// The singular value decomposition of a matrix with entries of order one; `None` if it is empty or not finite.
 fn decomposition(mut matrix: DMatrix<f64>) -> Option<SVD<f64, Dyn, Dyn>> {
-    // nalgebra panics at an empty matrix, and the decomposition of a NaN means nothing.
+    // nalgebra panics for an empty matrix, and the decomposition of NaN is meaningless.
     if matrix.is_empty() || !matrix.iter().all(|x| x.is_finite()) {
         return None;
     }
-    // Entries whose squares underflow keep its iteration from ending, or end it with NaN.
+    // Entries whose squares underflow prevent the iteration from ending, or end it with NaN.
     matrix.iter_mut().filter(|x| x.abs() < 1e-100).for_each(|x| *x = 0.0);
     let iterations = 100 * (matrix.nrows() + matrix.ncols());
     let svd = SVD::try_new_unordered(matrix, true, true, 5.0 * f64::EPSILON, iterations)?;

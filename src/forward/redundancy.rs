@@ -1,16 +1,16 @@
 //! Constraints that depend on each other: a doubled hinge, a parallelogram with a third crank, a loop closed by a weld.
 //!
-//! Then Φ_qᵀσ, which moves the mechanism, is determined, and σ is not: any z with Φ_qᵀz = 0 may be added. Where z turns with q the discrete
-//! motion depends on the choice at O(Δt²), so it has to follow a smooth rule that the adjoint knows. Here it is a compliance of
-//! the equations that close loops,
+//! In this case Φ_qᵀσ, which moves the mechanism, is determined, but σ is not: any z with Φ_qᵀz = 0 may be added. If z turns with q, the discrete
+//! motion depends on the choice of σ at O(Δt²), so the choice must follow a smooth rule that the adjoint equations include. Here the rule is a
+//! compliance of the equations that close loops,
 //!
 //! ```text
 //!   E5:  dΦ/dt − μ (σ_i − σ_{i−1}) = 0,    σ_{−1} = 0,    K_σσ = −μ I,    μ_j = 1e-11 (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj at the start
 //! ```
 //!
-//! The adjoint row ∂σ becomes Φ_q c + (dΦ/dt)_q d + J_σ − μ (e − e₊) = 0. The μ are constants of a motion: its
-//! gradient is exact for them, and with 1e-10 of a joint's own flexibility at most they change nothing else that can be seen, as long as
-//! positions drift alike; where they do not, see `forward/selection.rs`. Scenes whose constraints are independent have none of this.
+//! The adjoint row ∂σ becomes Φ_q c + (dΦ/dt)_q d + J_σ − μ (e − e₊) = 0. The μ are constants of a motion, so its gradient is exact for them. They
+//! are at most 1e-10 of a joint's own flexibility and have no other visible effect as long as positions drift alike; otherwise see
+//! `forward/selection.rs`. Scenes with independent constraints have no compliances.
 
 use super::rank::{self, Scaled};
 use super::{breaking, selection};
@@ -21,22 +21,22 @@ use crate::number::larger;
 use crate::system::{Covector, ElementKind, Entry, NodeView, Pair, StateRows};
 use crate::{Error, Settings, System, Warning};
 
-/// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below what is asked of a motion.
+/// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below the accuracy required of a motion.
 pub(super) const COMPLIANCE: f64 = 1e-11;
-/// A dependency is there if the softest combination of constraints is about as soft as its compliance.
+/// Constraints are dependent if their softest combination is about as soft as its compliance.
 const SOFT: f64 = 0.1;
-/// What a compliance may take of the largest velocity; more says that constraints contradict each other.
+/// Largest gap of a compliance relative to the largest velocity; a larger one means that constraints contradict each other.
 pub(super) const CONTRADICTION: f64 = 1e-6;
-/// What is left of dΦ/dt = 0 below this is the load that is shared, m/s or rad/s.
+/// Violations of dΦ/dt = 0 below this are the shared load, m/s or rad/s.
 const LOAD: f64 = 1e-9;
-/// What compliances may take of the kinetic energy, in all steps, before equations are left out.
+/// Loss of kinetic energy by compliances in all steps, relative to the largest one, above which equations are left out.
 const BRAKE: f64 = 1e-9;
-/// An equation takes part if its share in that combination is above this.
+/// An equation takes part in a dependency if its share in the softest combination is above this.
 const SHARE: f64 = 1e-5;
 
-/// Gives the loops a compliance if that makes K(0) at the start regular, leaves out what would drift apart, and says which equations depend on each other.
+/// Gives loops a compliance if this makes K(0) at the start regular, leaves out equations that would drift apart, and warns of dependent equations.
 ///
-/// The evaluation must stand at the start. Without success everything is as before.
+/// The last evaluation must be at the start. Without success nothing is changed.
 pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>, scaled: Option<&Scaled>) -> bool {
     let masses = apparent_masses(&forward.stepper.newton, system, at);
     let flexibility = flexibilities(system, at, &masses);
@@ -62,7 +62,7 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
     }
     let z: Vec<f64> = (0..system.m()).map(|j| if takes_part(&j) { shares[j] / roots[j] } else { 0.0 }).collect();
     let breaking = if system.designs() > 0 {
-        // With factors anew, since the choice above leaves others behind.
+        // Factor again, because the choice above replaces the factors.
         forward.stepper.newton.evaluation.set_compliance(&shared);
         let factored = forward.factor_start(system);
         factored.map(|()| breaking::designs(system, &mut forward.stepper.newton, at, (&z, &masses))).unwrap_or_default()
@@ -84,7 +84,7 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
     relax_again(forward, system, at.q)
 }
 
-/// What was found at a start, for the next motion from there: an optimiser changes the controls.
+/// Results of `relax` at a start, for further motions from there: an optimiser only changes the controls.
 pub(crate) struct Relaxed {
     q: Vec<f64>,
     design: Vec<f64>,
@@ -94,7 +94,7 @@ pub(crate) struct Relaxed {
     warnings: Vec<Warning>,
 }
 
-/// Takes what `relax` found at the same start, now or before; false if there was nothing.
+/// Uses the results of `relax` at the same start, now or before; false if there are none.
 pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> bool {
     let time = forward.motion.trajectory.times[0];
     let design = &forward.motion.design;
@@ -113,7 +113,7 @@ pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]
     regular
 }
 
-/// Takes the sizes of unknowns and equations from K(0) at the start, with nothing left out.
+/// Computes the weights of unknowns and equations from K(0) at the start, with nothing left out.
 pub(crate) fn weigh(forward: &mut ForwardSweep, system: &System) {
     if !forward.motion.leaves_out() {
         return forward.stepper.newton.weigh(system);
@@ -130,23 +130,23 @@ fn of_loops(system: &System, flexibility: &[f64]) -> Vec<(usize, f64)> {
     system.loop_equations().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect()
 }
 
-/// √(Φ_q M⁻¹ Φ_qᵀ)_jj of an equation with this compliance: what a velocity of size one in units of the masses changes in it at most.
+/// √(Φ_q M⁻¹ Φ_qᵀ)_jj of an equation with this compliance: the largest change of it by a velocity of size one in units of the masses.
 pub(crate) fn root_flexibility(compliance: f64) -> f64 {
     (compliance / COMPLIANCE).sqrt()
 }
 
-/// The compliances of the equations that close loops, at the point where the evaluation stands.
+/// The compliances of the equations that close loops, at the point of the last evaluation.
 pub(super) fn compliances(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<(usize, f64)> {
     of_loops(system, &flexibilities(system, at, &apparent_masses(newton, system, at)))
 }
 
-/// diag(M) where the evaluation stands.
+/// diag(M) at the point of the last evaluation.
 pub(crate) fn masses(newton: &Newton, system: &System) -> Vec<f64> {
     let (n, m) = (system.n(), system.m());
     let evaluation = &newton.evaluation;
     let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], StateRows::new(n, m));
     let mut masses = vec![0.0; n];
-    // M times the sum of unit vectors of which none is coupled with another: the diagonal entries of all of them.
+    // M times the sum of unit vectors that M does not couple: the diagonal entries for all of them.
     for uncoupled in system.uncoupled_coordinates(&[ElementKind::Kinetic]) {
         uncoupled.iter().for_each(|&i| unit[i] = 1.0);
         evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
@@ -155,7 +155,7 @@ pub(crate) fn masses(newton: &Newton, system: &System) -> Vec<f64> {
     masses
 }
 
-/// diag(M) where the evaluation stands; of a coordinate without inertia, what its constraints bring it of that of others: Σ_j Φ_ji² / (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj.
+/// diag(M) at the last evaluation; for a coordinate without inertia, that of others through its constraints: Σ_j Φ_ji² / (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj.
 pub(crate) fn apparent_masses(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<f64> {
     let masses = masses(newton, system);
     let mut apparent = masses.clone();
@@ -177,11 +177,11 @@ pub(crate) fn flexibilities(system: &System, at: &NodeView<f64>, masses: &[f64])
     sums
 }
 
-/// Shares of equations in the softest combination of constraints, the largest 1, by inverse iteration with the factors of K(0) at hand; none if it is as
-/// stiff as any.
+/// Shares of equations in the softest combination of constraints, the largest being 1, by inverse iteration with the current factors of K(0); `None`
+/// if this combination is not soft.
 pub(super) fn softest(newton: &mut Newton, system: &System, roots: &[f64]) -> Option<Vec<f64>> {
     let mut x = Pair::new(system.n(), system.m());
-    // Any combination of all of them.
+    // An arbitrary combination of all constraints.
     let mut shares: Vec<f64> = (0..system.m()).map(|j| 1.0 + 0.3 * (j as f64).sin()).collect();
     let mut growth = 0.0;
     for _ in 0..3 {
@@ -195,7 +195,7 @@ pub(super) fn softest(newton: &mut Newton, system: &System, roots: &[f64]) -> Op
     (growth * COMPLIANCE > SOFT).then_some(shares)
 }
 
-/// Refuses dependent equations with gaps μ σ beyond a tolerance and a part of a size, since they cannot be satisfied together.
+/// Returns an error if dependent equations have gaps μ σ above the tolerance and a fraction of a size, so that they cannot be satisfied together.
 pub(super) fn refuse_gaps(
     system: &System,
     at: &NodeView<f64>,
@@ -212,7 +212,7 @@ pub(super) fn refuse_gaps(
     if gaps.is_empty() {
         return Ok(());
     }
-    // As in `rank::Scaled::contradiction`: of the combination σ whose largest share is 1.
+    // As in `rank::Scaled::contradiction`, for the combination σ whose largest share is 1.
     let most = gaps.iter().fold(0.0, |most: f64, (j, _)| most.max(sigma(*j).abs()));
     let violation = gaps.iter().map(|(j, gap)| gap * (sigma(*j) / most).abs()).sum();
     let names = || gaps.iter().map(|(j, _)| system.equation_name(*j).to_string()).collect();
@@ -221,7 +221,7 @@ pub(super) fn refuse_gaps(
 }
 
 impl ForwardSweep {
-    /// Dependent constraints that cannot be satisfied together pull their compliances apart.
+    /// Returns an error if dependent constraints cannot be satisfied together, so that their compliances have gaps.
     pub(crate) fn check_compliant(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
         if self.motion.trajectory.compliance.is_empty() { Ok(()) } else { self.compare_gaps(system, node, settings) }
     }
@@ -234,7 +234,7 @@ impl ForwardSweep {
         refuse_gaps(system, &at, (newton.evaluation.compliance(), sigma), within)
     }
 
-    /// Sees where positions have drifted so that dependent constraints forbid what each allows, and their compliances take energy: μ Δσ² in a stage.
+    /// Measures the energy that compliances absorb, μ Δσ² in a stage, if positions have drifted so that dependent constraints block the motion.
     pub(super) fn watch_brake(&mut self, system: &System, node: usize) {
         let (motion, start) = (&self.motion, &self.stepper.start_sigma);
         if motion.trajectory.compliance.is_empty() {
@@ -255,7 +255,7 @@ impl ForwardSweep {
         self.monitor.brake = larger(self.monitor.brake, all / self.monitor.most_kinetic);
     }
 
-    /// Warns of what the compliances took up to a node, since nothing can be left out there.
+    /// Warns of the energy that compliances absorbed up to a node, since nothing can be left out there.
     pub(super) fn warn_of_brake(&mut self, node: usize) {
         let share = std::mem::take(&mut self.monitor.brake);
         if share > self.monitor.most_braked {

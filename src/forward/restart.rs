@@ -1,37 +1,36 @@
-//! Restarts inside a motion: the position constraints are satisfied again, and the multipliers begin anew.
+//! Restarts within a motion: the position constraints are satisfied again, and the multipliers begin anew.
 //!
-//! The paper's scheme satisfies dΦ/dt = 0 to rounding and lets Φ drift with O(Δt²); and |σ| grows like ∫λ dt, so that p* = M v + Φ_qᵀσ loses
-//! digits in the long run. At a restart the state (q⁻, v⁻) at the end of a macro step (of any step, on grids that are not composed) is replaced by
+//! The paper's scheme satisfies dΦ/dt = 0 to rounding and lets Φ drift with O(Δt²). Moreover, |σ| grows like ∫λ dt, so that p* = M v + Φ_qᵀσ loses
+//! digits in long motions. A restart replaces the state (q⁻, v⁻) at the end of a macro step (of any step, on grids that are not composed) by
 //!
 //! ```text
 //!   projection   q = q⁻ + w  with  M(q) w + Φ_q(q)ᵀ ν = 0,  Φ(q, t) = 0        (only if Φ is to be satisfied, and then all of it)
 //!   rebasing     p* = T_v(q, v⁻) + Φ_q(q)ᵀ s,   then v and σ from Eq. (1a) and (1c)
 //! ```
 //!
-//! which is a start as at node 0. A macro step of order k from any (q, p*) leaves Φ = O(Δt^(k+1)), and no projection moves it farther; p* is another one for
-//! the same (q, v), from which the next macro step has the same order. So the motion keeps the order k of its
-//! [`Composition`](crate::Composition), 2, 4 or 6, however often it is restarted. Between the stages of a macro step it would not: their errors, O(Δt³) each,
-//! only cancel if nothing comes between.
+//! as for a start at node 0. A macro step of order k from any (q, p*) leaves Φ = O(Δt^(k+1)), and no projection moves it farther; a different p*
+//! belongs to the same (q, v), from which the next macro step has the same order. The motion therefore keeps the order k of its
+//! [`Composition`](crate::Composition), 2, 4 or 6, for any number of restarts. This would not hold between the stages of a macro step: their errors,
+//! O(Δt³) each, cancel only without a restart in between.
 //!
-//! **Where σ begins.** With s = 0 it would run from 0 to its range R = ∫λ dt until the next restart, r macro steps on. A motion looks the same
-//! forth and back in time, and its energy does not drift, if σ runs from −½ R to ½ R instead. The r macro steps S and the reversal ρ: (v, σ) → (−v, −σ) satisfy
-//! ρ S ρ = S⁻¹; with F: σ → −σ so does F S, for ρ F in the place of ρ:
+//! **Initial σ.** With s = 0, σ would run from 0 to its range R = ∫λ dt until the next restart, r macro steps later. If σ runs from −½ R to ½ R
+//! instead, a motion is the same forward and backward in time, and its energy does not drift. The r macro steps S and the reversal ρ: (v, σ) → (−v,
+//! −σ) satisfy ρ S ρ = S⁻¹; with F: σ → −σ, F S satisfies this equation with ρ F in place of ρ:
 //!
 //! ```text
 //!   ρ S ρ = S⁻¹,  F F = 1,  ρ F = F ρ      ⟹      (ρF) (F S) (ρF) = S⁻¹ F = (F S)⁻¹
 //! ```
 //!
-//! So s = −σ⁻ is reversible whatever r and σ are, once σ has been put in the middle of its range by the first restart:
+//! Hence s = −σ⁻ is reversible for any r and σ, once the first restart has put σ in the middle of its range:
 //!
 //! ```text
 //!   s = −½ r (σ⁻ − σ₋)     for r = 1, at the first restart, and where |σ⁻| is twice all r |σ⁻ − σ₋| so far     (σ₋: a macro step before)
 //!   s = −σ⁻                at all others
 //! ```
 //!
-//! For r = 1 both are the same to O(Δt²), and the first forgets what happened before. The second does not: forces that change at random make
-//! the middle of σ wander, in proportion to the root of the time, which is what the bound is for.
-//! The projection is 𝓛_v(q, w, ν) = 0 for a kinetic energy that is quadratic in v, so the
-//! same elements serve it, and the adjoint goes back through all of it: with Ĵ_q, π for dJ/dq and dJ/dp* of the restarted motion,
+//! For r = 1 both are equal to O(Δt²), and the first does not depend on the past. The second does: forces that change at random make the middle of σ
+//! drift in proportion to the square root of time, hence the bound on |σ⁻|. The projection is 𝓛_v(q, w, ν) = 0 for a kinetic energy that is quadratic
+//! in v, so the same elements evaluate it. The adjoint equations of a restart, with Ĵ_q, π for dJ/dq and dJ/dp* of the restarted motion, are
 //!
 //! ```text
 //!   Ĵ_q += 𝓛_vqᵀ π      dJ/dv⁻ = 𝓛_vvᵀ π      dJ/ds = Φ_q π      at (q, v⁻, s),   s = α σ⁻ + β σ₋
@@ -48,16 +47,16 @@ use crate::number::{Real, larger, largest};
 use crate::system::{NodeView, Pair};
 use crate::{Error, Settings, System};
 
-/// So many times the largest range away from zero, σ is put in the middle of its range again.
+/// If |σ| exceeds this multiple of its largest range, σ is put in the middle of its range again.
 const WANDERED: f64 = 2.0;
-/// 1/θ from which on nothing is started: ε/θ² = 2e-4.
+/// Above this value of 1/θ there are no restarts: ε/θ² = 2e-4.
 pub(super) const UNDETERMINED: f64 = 1e6;
 
-/// The nodes at which a motion was restarted, and what was there before; one run of numbers after the other.
+/// The nodes at which a motion was restarted, and the states before the restarts, stored one after another.
 #[derive(Default)]
 pub(crate) struct Restarts {
     pub(crate) nodes: Vec<usize>,
-    /// Whether Φ = 0 was restored, by restart.
+    /// For each restart, true if Φ = 0 was restored.
     projected: Vec<bool>,
     q: Vec<f64>,
     v: Vec<f64>,
@@ -104,7 +103,7 @@ impl Restarts {
         lists.into_iter().chain(blocks).for_each(Vec::clear);
     }
 
-    /// Whether both are at the same nodes, of one kind each.
+    /// True if both restart at the same nodes in the same way.
     pub(super) fn are_alike(&self, other: &Restarts) -> bool {
         self.nodes == other.nodes && self.projected == other.projected && self.weights == other.weights
     }
@@ -134,20 +133,20 @@ impl Restarts {
 }
 
 impl Restart<'_> {
-    /// Where σ begins, from σ₋ and σ⁻.
+    /// The initial σ, from σ₋ and σ⁻.
     pub(crate) fn begin<R: Real>(&self, before: R, now: R) -> R {
         now * self.weights[0] + before * self.weights[1]
     }
 }
 
-/// σ₋: the multipliers with which the last macro step ended, or began anew.
+/// σ₋: the multipliers at the last end of a macro step, after a restart there.
 #[derive(Default)]
 pub(crate) struct LastEnd {
     pub(crate) node: usize,
     pub(crate) sigma: Vec<f64>,
 }
 
-/// What the restarts so far leave for the next.
+/// State of the restarts so far that the next one needs.
 pub(crate) struct Restarting {
     /// The largest range of σ between two restarts, as estimated so far.
     pub(crate) most_range: f64,
@@ -168,7 +167,7 @@ impl Restarting {
 }
 
 impl Settings {
-    /// Whether a motion may be restarted anywhere.
+    /// True if a motion may be restarted at some node.
     pub(crate) fn may_restart(&self) -> bool {
         self.rebase_every > 0 || self.drift_bound < f64::INFINITY
     }
@@ -181,7 +180,7 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
     }
     let Some(steps) = macro_steps(forward, node) else { return Ok(()) };
     let rebase = settings.rebase_every > 0 && steps.is_multiple_of(settings.rebase_every);
-    // With a bound of 0.0 at every one, also where rounding happens to leave Φ = 0.
+    // With a bound of 0.0 at every macro step, even if rounding happens to leave Φ = 0.
     let may_drift = settings.drift_bound < f64::INFINITY && system.m() > 0;
     let project = may_drift && drift(forward, system, node) >= settings.drift_bound;
     let may_leave_out = selection::is_due(forward, node, steps);
@@ -201,41 +200,41 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
     Ok(())
 }
 
-/// Factors K(0) at the end of a step: 1/θ, which tells whether v follows from p* there in the digits that numbers have.
+/// Factors K(0) at the end of a step and returns 1/θ, which shows whether p* determines v there to sufficient digits.
 ///
-/// At a distance θ from a configuration where branches of Φ = 0 cross, as of a flat parallelogram, rounding ε of Φ moves q by ε/θ, and turns the
-/// directions in which the mechanism may move by ε/θ². 1/θ is found as the velocities that violations of dΦ/dt by one unit each make, in units
-/// in which they are about one at the start.
+/// At a distance θ from a configuration at which branches of Φ = 0 cross, such as a flat parallelogram, rounding ε of Φ moves q by ε/θ, and turns the
+/// admissible directions of motion by ε/θ². 1/θ is computed as the velocities that violations of dΦ/dt by one unit each cause, in units in which they
+/// are about one at the start.
 pub(super) fn closeness(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
     let worst = forward.monitor.report.worst_pivot;
     let blocks = forward.motion.node_blocks(node);
     if let Err(breakdown) = forward.stepper.newton.factor(system, 0.0, blocks, &mut forward.monitor.report) {
-        // What is not finite becomes the restart's error.
+        // Values that are not finite cause an error of the restart.
         return if breakdown.pivot.is_finite() { f64::INFINITY } else { 0.0 };
     }
     forward.warn_of_lost_digits(system, node, worst);
     closeness_here(&mut forward.stepper.newton, system, &mut forward.restarting.point.left)
 }
 
-/// 1/θ by the factors at hand.
+/// Computes 1/θ with the current factors.
 pub(super) fn closeness_here(newton: &mut Newton, system: &System, left: &mut Pair) -> f64 {
     left.v.fill(0.0);
     for (j, (violation, weight)) in left.sigma.iter_mut().zip(newton.weights.multipliers()).enumerate() {
-        // Any combination of all of them.
+        // An arbitrary combination of all equations.
         *violation = weight * (1.0 + 0.3 * (j as f64).sin());
     }
     newton.solve(system, left);
     newton.size_of(&left.v)
 }
 
-/// The number of macro steps before a node, if it ends one; of a part of a motion, those of the whole.
+/// The number of macro steps of the whole motion before a node; `None` if no macro step ends there.
 fn macro_steps(forward: &ForwardSweep, node: usize) -> Option<usize> {
     let (inserted, grid) = (&forward.motion.trajectory.inserted, &forward.motion.inputs.grid);
     let before = inserted.partition_point(|&inserted| inserted < node);
     if inserted.get(before) == Some(&node) { None } else { grid.macro_steps(node - before) }
 }
 
-/// Keeps σ at the end of a macro step for the restarts after it.
+/// Stores σ at the end of a macro step for later restarts.
 pub(crate) fn keep_end(forward: &mut ForwardSweep, node: usize) {
     forward.restarting.last_end.node = node;
     forward.restarting.last_end.sigma.copy_from_slice(column(&forward.motion.trajectory.sigma, node - forward.motion.first));
@@ -262,7 +261,7 @@ fn restart(
     at.x.sigma.fill(0.0);
     if project {
         if stepper.newton.evaluation.compliance() != motion.shared {
-            // What is left out is projected with the others.
+            // Left-out equations are projected with the others.
             stepper.newton.evaluation.set_compliance(&motion.shared);
             let blocks = motion.node_blocks(node);
             stepper.newton.factor(system, 0.0, blocks, &mut monitor.report).map_err(StepFailure::Singular)?;
@@ -275,7 +274,7 @@ fn restart(
     begin_anew(forward, system, node, settings)
 }
 
-/// Writes down how the step ended, and (q, ν) with their blocks, which stand in the evaluation.
+/// Records the end of the step, and (q, ν) with their blocks from the last evaluation.
 fn record(forward: &mut ForwardSweep, node: usize, project: bool, settings: &Settings) {
     let k = node - forward.motion.first;
     let weights = weights(forward, k, settings);
@@ -290,7 +289,7 @@ fn record(forward: &mut ForwardSweep, node: usize, project: bool, settings: &Set
     restarts.p_star_dot.extend_from_slice(y.p_star_dot);
     restarts.sigma.extend_from_slice(y.sigma);
     restarts.step_blocks.extend_from_slice(column(&forward.motion.blocks, at_end));
-    // Without a projection too, so that all runs of numbers have one length.
+    // Recorded even without a projection, so that all lists have entries for all restarts.
     restarts.nu.extend_from_slice(&forward.restarting.point.x.sigma);
     restarts.projection_blocks.extend_from_slice(&forward.stepper.newton.evaluation.blocks);
     let ends = y.sigma.iter().zip(&forward.restarting.last_end.sigma);
@@ -299,7 +298,7 @@ fn record(forward: &mut ForwardSweep, node: usize, project: bool, settings: &Set
     forward.monitor.report.restarts += 1;
 }
 
-/// p* = T_v(q, v⁻) + Φ_q(q)ᵀ s, then v and σ from it.
+/// Computes p* = T_v(q, v⁻) + Φ_q(q)ᵀ s, then v and σ from it.
 fn begin_anew(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<(), StepFailure> {
     let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
     let (k, at) = (node - motion.first, &mut restarting.point);
@@ -331,7 +330,7 @@ fn weights(forward: &mut ForwardSweep, k: usize, settings: &Settings) -> [f64; 2
     if anew { [-0.5 * every, 0.5 * every] } else { [-1.0, 0.0] }
 }
 
-/// A point (q, x), and 𝓛_v and Φ there.
+/// A point (q, x), with 𝓛_v and Φ at this point.
 pub(crate) struct Point {
     pub(crate) q: Vec<f64>,
     pub(crate) x: Pair,
@@ -343,7 +342,7 @@ impl Point {
         Point { q: vec![0.0; n], x: Pair::new(n, m), left: Pair::new(n, m) }
     }
 
-    /// 𝓛_v of the point, at a node's time and with its controls; the blocks of the evaluation are those of the point then.
+    /// Computes 𝓛_v of the point, at the time and with the controls of a node; the evaluation's blocks then belong to the point.
     pub(super) fn evaluate(
         &mut self,
         system: &System,

@@ -1,18 +1,18 @@
-//! Which of the constraints that depend on each other are left out, where their positions have drifted apart.
+//! Selection of the dependent constraints that are left out after their positions have drifted apart.
 //!
-//! The compliances of `forward/redundancy.rs` share a reaction, but where a drift of Φ by δ has made the rows of Φ_q independent they brake the motion: by δ²/μ of
-//! its velocity in each step. The remedy is to leave out as many equations as follow from the others. Which ones is decided at the projection of a node onto
-//! Φ = 0, where Φ_qᵀz = 0 holds to rounding for each dependency z, one after the other:
+//! The compliances of `forward/redundancy.rs` share a reaction, but after a drift of Φ by δ has made the rows of Φ_q independent they brake the
+//! motion, by δ²/μ of its velocity in each step. The remedy is to leave out as many equations as follow from the others. They are chosen at the
+//! projection of a node onto Φ = 0, where Φ_qᵀz = 0 holds to rounding for each dependency z, one after the other:
 //!
 //! ```text
 //!   leave out the j with the largest share |z_j| √(Φ_q M⁻¹ Φ_qᵀ)_jj:     μ_j = 1e6 (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj
 //! ```
 //!
-//! As the mechanism turns, what is left out loses its share in z, and the others come to depend on each other, as an abscissa does at some angle of a bar. Before they
-//! do, equations are chosen anew. Each choice is a restart (`forward/restart.rs`), and so the gradient is exact through it.
+//! As the mechanism turns, a left-out equation loses its share in z, and the others become dependent on each other, as an abscissa does at some angle
+//! of a bar. Equations are chosen anew before this happens. Each choice is a restart (`forward/restart.rs`), so the gradient through it is exact.
 //!
-//! Between choices positions are projected now and then: what is left out would drift farther than the others. Equations that begin to contradict the others are found
-//! then, since they violate Φ = 0 at the projection, or dΦ/dt = 0 there, by μ ν.
+//! Between choices positions are projected at intervals, because left-out equations would drift farther than the others. This also detects equations
+//! that begin to contradict the others: the projection violates Φ = 0, or dΦ/dt = 0 there, by μ ν.
 
 use super::circuits::{Circuits, left_out};
 use super::projection::Projection;
@@ -25,18 +25,18 @@ use crate::node::{Newton, StepFailure};
 use crate::system::{Given, KnownPart, NodeView, Sums};
 use crate::{Error, Settings, System, Warning};
 
-/// μ of an equation that is left out, in units of what it was.
+/// μ of a left-out equation, relative to its previous value.
 const LEFT_OUT: f64 = 1e17;
-/// Close to configurations where the others lose rank too, where 1/θ is above this, positions are projected after every step.
+/// If 1/θ is above this, the other equations nearly lose rank too, and positions are projected after every step.
 const NEARLY_SINGULAR: f64 = 10.0;
-/// Above this the drift, divided by θ, would be worse for v than it is.
+/// If 1/θ is above this, no equations are chosen: the drift, divided by θ, would be worse for v than the drift itself.
 const SINGULAR: f64 = 1e3;
-/// By this share of the largest coordinate: some dependencies are broken by its third power only.
+/// Distance relative to the largest coordinate: some dependencies are broken only by its third power.
 const STRAIGHT_ON: f64 = 0.3;
-/// While equations are left out, positions are projected after every so many steps, or every one of a composition: Φ drifts by O(Δt³) in between.
+/// While equations are left out, positions are projected once in this number of steps, or after every macro step: Φ drifts by O(Δt³) in between.
 const EVERY: usize = 8;
 
-/// Whether equations are to be chosen at a node after so many macro steps, or were when the motion came to it before.
+/// True if equations are to be chosen at a node after `steps` macro steps, or were chosen when the motion reached it before.
 pub(super) fn is_due(forward: &ForwardSweep, node: usize, steps: usize) -> bool {
     let motion = &forward.motion;
     if motion.has_been_at(node) {
@@ -51,13 +51,13 @@ pub(super) fn is_due(forward: &ForwardSweep, node: usize, steps: usize) -> bool 
 }
 
 impl Motion {
-    /// Whether anything is left out where the motion has come to.
+    /// True if equations are left out at the current end of the motion.
     pub(crate) fn leaves_out(&self) -> bool {
         self.trajectory.compliance.last().is_some_and(|part| part.equations != self.shared)
     }
 }
 
-/// Sees whether what is left out has lost its share in the dependency, after a step into a node, where the evaluation stands, by the factors of the step.
+/// Checks whether left-out equations have lost their share in the dependency, after a step, with the factors and the evaluation at its end.
 pub(super) fn watch(forward: &mut ForwardSweep, system: &System, node: usize) {
     let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
     if !motion.leaves_out() || motion.has_been_at(node) {
@@ -70,9 +70,9 @@ pub(super) fn watch(forward: &mut ForwardSweep, system: &System, node: usize) {
     monitor.is_urgent = is_close || !are_good;
 }
 
-/// Chooses what is left out from a node on, so close to where branches cross; false if the motion is to go on as before.
+/// Chooses the equations that are left out from a node on, with 1/θ = `closeness`; false if the motion is to continue unchanged.
 ///
-/// Leaves the factors of K(0) at the node as they were.
+/// Restores the factors of K(0) at the node.
 #[cold]
 pub(super) fn choose(
     forward: &mut ForwardSweep,
@@ -84,7 +84,7 @@ pub(super) fn choose(
     if forward.motion.has_been_at(node) {
         return Ok(true);
     }
-    // Before anything is left out, it is dependencies that are close.
+    // Before anything is left out, large values are caused by the dependencies.
     let most = if forward.motion.leaves_out() { SINGULAR } else { UNDETERMINED };
     let Some(chosen) = (if closeness <= most { look(forward, system, node, settings)? } else { None }) else {
         forward.warn_of_brake(node);
@@ -100,7 +100,7 @@ pub(super) fn choose(
     Ok(true)
 }
 
-/// Refuses equations that have begun to contradict each other since the last choice, at the end of a motion.
+/// Returns an error if equations have begun to contradict each other since the last choice, at the end of a motion.
 pub(super) fn look_at_end(forward: &mut ForwardSweep, system: &System, settings: &Settings) -> Result<(), Error> {
     let last = forward.motion.nodes() - 1;
     if !forward.motion.leaves_out() || forward.motion.has_been_at(last) || closeness(forward, system, last) > SINGULAR {
@@ -109,8 +109,8 @@ pub(super) fn look_at_end(forward: &mut ForwardSweep, system: &System, settings:
     look(forward, system, last, settings).map(|_| ())
 }
 
-/// What is left out from the start on, if dependencies do not persist where the mechanism goes straight on from it, off its constraints: parallel cranks stay
-/// parallel, and drift alike, and so do doubled hinges.
+/// The equations that are left out from the start on, if dependencies do not persist straight ahead of it, off the constraints. Parallel cranks
+/// remain parallel and drift alike, and so do doubled hinges.
 pub(super) fn at_start(
     forward: &mut ForwardSweep,
     system: &System,
@@ -129,12 +129,12 @@ pub(super) fn at_start(
     (left_out(&aside, shared).count() < left_out(&here, shared).count()).then_some(here)
 }
 
-/// The names of the equations that are left out.
+/// The names of the left-out equations.
 pub(super) fn names(system: &System, chosen: &Compliances, shared: &Compliances) -> Vec<String> {
     left_out(chosen, shared).map(|k| system.equation_name(shared[k].0).to_string()).collect()
 }
 
-/// What is best left out from a node on, if it is anything.
+/// The best choice of left-out equations from a node on; `None` if there is none.
 fn look(
     forward: &mut ForwardSweep,
     system: &System,
@@ -153,7 +153,7 @@ fn look(
     Ok(chosen.filter(|chosen| restored.is_ok() && *chosen != forward.motion.shared))
 }
 
-/// Evaluates everything at the projection of a node onto all equations, and refuses those that contradict each other there; false if it cannot be found.
+/// Evaluates all terms at the projection of a node onto all equations; an error if equations contradict each other there, false if it fails.
 fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<bool, Error> {
     let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
     let (newton, at, y) = (&mut stepper.newton, &mut restarting.point, motion.at(node));
@@ -166,7 +166,7 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
     at.x.sigma.fill(0.0);
     let projected = Projection { system, motion, newton, monitor, node }.apply(at);
     let size = newton.size_of(&at.q);
-    // Where equations contradict each other ν is so large that its rounding moves q, but little.
+    // If equations contradict each other, ν is so large that its rounding moves q slightly.
     let is_close = match projected {
         Ok(()) => true,
         Err(StepFailure::Projection { .. }) => newton.size_of(&at.left.v) <= CONTRADICTION * size,
@@ -179,7 +179,7 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
     if projected.is_err() || newton.factor_here(system, 0.0, &mut monitor.report).is_err() {
         return Ok(false);
     }
-    // What no velocities satisfy there: dΦ/dt = μ σ with the least correction of v.
+    // The part of dΦ/dt that no velocities can satisfy: dΦ/dt = μ σ with the smallest correction of v.
     let here = NodeView { q: &at.q, ..motion.at(node) };
     let mut sums = Sums::new(system.n(), system.m());
     system.plain_sums(&here, &mut sums);
@@ -191,8 +191,8 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
     Ok(true)
 }
 
-/// Leaves out one equation for each dependency at the point of the evaluation: what was left out before where it still has its share, otherwise what has the
-/// largest.
+/// Leaves out one equation for each dependency at the point of the last evaluation: the one left out before if it still has its share, otherwise the
+/// one with the largest share.
 pub(super) fn select(
     newton: &mut Newton,
     system: &System,
@@ -257,7 +257,7 @@ mod tests {
             let ForwardSweep { motion, stepper, monitor, .. } = &mut forward;
             let (newton, at) = (&mut stepper.newton, motion.at(0));
             let shared = compliances(newton, &system, &at);
-            // All equations of the loops, one by one, though at most one of them follows from the others.
+            // Leaves out each equation of the loops in turn, though at most one of them follows from the others.
             for k in 0..shared.len() {
                 let mut now = shared.clone();
                 now[k].1 *= LEFT_OUT;

@@ -1,4 +1,4 @@
-//! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), and what can be wrong with it.
+//! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), with checks of the start.
 
 use super::{given_start, redundancy};
 use crate::error::quoted;
@@ -9,7 +9,7 @@ use crate::number::all_finite;
 use crate::system::{NodeView, Pair};
 use crate::{Error, Settings, Start, System, Warning};
 
-/// A pivot ratio below this makes it worth looking at Φ_q and M in full.
+/// If a pivot ratio is below this, Φ_q and M are examined in full.
 const SUSPICIOUS: f64 = 1e-10;
 
 /// Solves node 0: with h = 0 the equations of a step are Eq. (1a) and (1c).
@@ -50,7 +50,7 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
         return Err(system.find_not_finite(&point(forward, &q), 0).unwrap_or_else(unknown));
     }
     forward.stepper.set_start(&q, &p_star, &vec![0.0; m]);
-    // A motion that is computed again has had other pivots than those of its start.
+    // A recomputed motion already has pivots from later steps.
     let worst = std::mem::replace(&mut forward.monitor.report.worst_pivot, 1.0);
     check_regular(forward, system, &q)?;
     forward.warn_of_lost_digits(system, 0, worst);
@@ -61,7 +61,7 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
     redundancy::weigh(forward, system);
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
-    // K(0) does not show derivatives of forces, which the first step begins with.
+    // K(0) does not contain derivatives of forces, with which the first step begins.
     if !all_finite(&forward.stepper.newton.evaluation.blocks)
         && let Some(error) = system.find_not_finite(&forward.motion.at(0), 0)
     {
@@ -103,13 +103,13 @@ fn check_velocity(
     if !violation.is_finite() {
         return Err(system.constraint_not_finite(&point(forward, q), j));
     }
-    // No other velocities satisfy them either, since dΦ/dt is linear in v.
+    // No other velocities satisfy the equations either, since dΦ/dt is linear in v.
     let clash = Scaled::at(system, &at).and_then(|here| here.contradiction(system, phi_dot, at.t));
     let equation = system.equation_name(j).into();
     Err(clash.unwrap_or(Error::InitialVelocity { equation, violation, tolerance }))
 }
 
-/// The same of what is more than rounding of large coordinates or velocities.
+/// The largest violation beyond the tolerance, without the rounding of large coordinates or velocities.
 fn worst_but_rounding(
     system: &System,
     (at, of): (&NodeView<f64>, &[f64]),
@@ -121,14 +121,14 @@ fn worst_but_rounding(
     worst(values, tolerance)
 }
 
-/// The violation that is largest, or not a number, if it is beyond the tolerance.
+/// The largest violation, or NaN, if it is beyond the tolerance.
 fn worst(values: &[f64], tolerance: f64) -> Option<(usize, f64)> {
-    // In the total order NaN without its sign is above infinity.
+    // In the total order, NaN without its sign is above infinity.
     let worst = values.iter().copied().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     worst.filter(|(_, violation)| violation.is_nan() || violation.abs() > tolerance)
 }
 
-/// Factors K(0) = [M Φ_qᵀ; Φ_q 0]; loops that depend on each other get a compliance, other breakdowns are explained.
+/// Factors K(0) = [M Φ_qᵀ; Φ_q 0]; dependent loops get a compliance, other breakdowns are explained.
 fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Result<(), Error> {
     if redundancy::relax_again(forward, system, q) {
         return Ok(());
@@ -152,7 +152,7 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
     }
     let explained = scaled.as_ref().and_then(|scaled| scaled.explain(system, &at));
     forward.monitor.report.worst_pivot = 1.0;
-    // Nearly dependent constraints are those of a nearly singular configuration, and stay as they are.
+    // Nearly dependent constraints belong to a nearly singular configuration and are not changed.
     let may_depend = scaled.is_none() || explained.is_some();
     if may_depend && redundancy::relax(forward, system, &at, scaled.as_ref()) {
         return Ok(());
@@ -164,7 +164,7 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
     }
 }
 
-/// Warns of velocities that the constraints allow and whose kinetic energy is negative, by the coordinates with M_ii < 0 if there are such.
+/// Warns of admissible velocities with negative kinetic energy, by the coordinates with M_ii < 0 if there are any.
 #[cold]
 fn note_negative_mass(forward: &mut ForwardSweep, system: &System, q: &[f64]) {
     let (masses, at) = (redundancy::masses(&forward.stepper.newton, system), point(forward, q));

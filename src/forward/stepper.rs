@@ -1,4 +1,4 @@
-//! [`Stepper`]: what solves one stage after the other.
+//! [`Stepper`]: solves one stage after another.
 
 use super::Motion;
 use super::continuation::Continuation;
@@ -7,19 +7,19 @@ use crate::node::{Newton, Predictor};
 use crate::scheme::known_part;
 use crate::{Scheme, System};
 
-/// Newton's method with its first guess, and the node problem at hand.
+/// Newton's method with its first guess, and the current node problem.
 pub(crate) struct Stepper {
     pub(crate) newton: Newton,
     pub(crate) predictor: Predictor,
     pub(crate) continuation: Continuation,
-    /// The first node that may be extrapolated from.
+    /// The first node that may be used for extrapolation.
     pub(crate) smooth_from: usize,
-    /// The node at hand, and the time before it and at it.
+    /// The current node, and the times before it and at it.
     node: usize,
     clocks: [Clock; 2],
-    /// The stage at hand.
+    /// The current stage.
     pub(crate) stage: usize,
-    /// Its known part, q̄ and p̄, and σ₋.
+    /// The known part of the stage, q̄ and p̄, and σ₋.
     pub(crate) start_q: Vec<f64>,
     pub(crate) start_p: Vec<f64>,
     pub(crate) start_sigma: Vec<f64>,
@@ -42,29 +42,29 @@ impl Stepper {
         }
     }
 
-    /// A node problem with h = 0 from this state.
+    /// Sets up a node problem with h = 0 from this state.
     pub(crate) fn set_start(&mut self, q: &[f64], p_star: &[f64], sigma: &[f64]) {
         self.start_q.copy_from_slice(q);
         self.start_p.copy_from_slice(p_star);
         self.start_sigma.copy_from_slice(sigma);
     }
 
-    /// The clock at this node, which is the last one that is known.
+    /// Sets the clock at this node, which is the last known one.
     pub(crate) fn set_clock(&mut self, node: usize, clock: Clock) {
         (self.node, self.clocks) = (node, [clock; 2]);
     }
 
-    /// The clock at the node at hand.
+    /// The clock at the current node.
     pub(crate) fn clock(&self) -> Clock {
         self.clocks[1]
     }
 
-    /// h = Δt a_ss of the stage at hand.
+    /// h = Δt a_ss of the current stage.
     pub(crate) fn half_step(&self, scheme: &Scheme, dt: f64) -> f64 {
         dt * scheme.a(self.stage, self.stage)
     }
 
-    /// Makes stage s of a step of this length into column k the one at hand: its time, and controls if it lies between nodes, and its known part.
+    /// Makes stage s of a step of length `dt` into column k the current one: sets its time, its known part, and its controls if it is between nodes.
     #[inline]
     pub(crate) fn begin_stage(&mut self, motion: &mut Motion, k: usize, s: usize, dt: f64) {
         let Motion { trajectory, inputs, first, .. } = motion;

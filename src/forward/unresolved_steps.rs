@@ -1,17 +1,17 @@
-//! Which steps are worth a look, if elements may bend within them: those whose end was not where the nodes before led to expect it.
+//! Steps whose end state was badly predicted; only these are checked for elements that bend within a step.
 
 use super::ForwardSweep;
 use crate::motion::column;
 
-/// A guess whose velocities were off by more than this part of their change in a step makes it worth a look …
+/// A step is badly predicted if the error of the guessed velocities exceeds this fraction of their change in the step …
 const SURPRISE: f64 = 1e-2;
-/// … where it comes from fewer nodes than this, only if accelerations change too …
+/// … and, if the guess used fewer nodes than this, accelerations also change …
 const GUESSED: usize = 3;
-/// … by more than this part of them.
+/// … by more than this fraction.
 const JERK: f64 = 0.1;
 
 impl ForwardSweep {
-    /// Notes whether the step into a column, guessed from so many nodes, is worth a look.
+    /// Records whether the end of the step in column `k`, predicted from `history` nodes, was badly predicted.
     pub(crate) fn note_surprise(&mut self, k: usize, history: usize) {
         if self.motion.surprising.len() <= k {
             self.motion.surprising.resize(k + 1, false);
@@ -22,7 +22,7 @@ impl ForwardSweep {
         let has_missed = self.stepper.newton.miss.change > SURPRISE * change;
         let turns = |k: usize| self.turns_by(k, JERK);
         let is_surprising = has_missed && (history >= GUESSED || k >= 2 && turns(k));
-        // Of the first step nothing can be expected before the second.
+        // The first step can be judged only after the second.
         if k == 2 && self.motion.first == 0 {
             self.motion.surprising[1] = turns(2);
         }

@@ -1,10 +1,10 @@
-//! A window over a motion that is longer than its memory: the last nodes are what the next step is extrapolated from.
+//! A window over a motion that is longer than its memory, with the last nodes, from which the next step is extrapolated.
 
 use super::ForwardSweep;
 use crate::Trajectory;
 use crate::node::Predictor;
 
-/// So many nodes are kept when the window is moved on.
+/// Number of nodes that are kept when the window is moved.
 pub(crate) const HISTORY: usize = Predictor::MOST;
 
 impl ForwardSweep {
@@ -21,7 +21,7 @@ impl ForwardSweep {
         self.motion.first += from;
         self.motion.trajectory.computed = count;
         self.motion.restarts.clear();
-        // Whether there was any is all that is asked of those before.
+        // Only whether there were earlier restarts is needed.
         self.motion.trajectory.restarted.truncate(1);
     }
 }

@@ -167,7 +167,7 @@ fn what_no_grid_can_be_made_of_is_refused() {
         let adapted = Solver::new(&system, Settings::default()).adapt(&inputs, 1e-6);
         assert_eq!(adapted.is_ok(), node == 0, "{node}");
         if let Err(error) = adapted {
-            assert_says(&error, &["`reading`", "steps by tolerance"]);
+            assert_says(&error, &["`reading`", "adaptive grid"]);
         }
     }
     let error = solver.adapt(&inputs, 1e-40).expect_err("too small");

@@ -9,21 +9,21 @@ use crate::number::larger;
 use crate::system::{Covector, NodeView, Pair, StateRows};
 use crate::{Error, System};
 
-/// Solutions with a K(0) that has compliances are corrected so often, and once …
+/// Number of corrections of solutions if K(0) has compliances; one correction …
 const CORRECTIONS: usize = 3;
-/// … where a pivot lost more than this share of its digits' worth.
+/// … is made if the pivot ratio is below this.
 const DOUBTFUL: f64 = 1e-3;
-/// What is left of a right-hand side beyond this part of it asks for reactions that are not determined.
+/// A residual above this fraction of the right-hand side means that reactions are not determined.
 const UNDETERMINED: f64 = 1e-6;
-/// The same for what is left out, where positions have drifted.
+/// Such a fraction for equations that are left out, after positions have drifted.
 const SHARED: f64 = 1e-3;
 
-/// K(0) of a state, factored, and memory for solutions.
+/// K(0) of a state, factored, and workspace for solutions.
 pub(super) struct State {
     pub(super) newton: Newton,
     corrections: usize,
     pub(super) right: Pair,
-    /// What a solution left of the right-hand side, where it was corrected.
+    /// The residual of a corrected solution.
     left: Pair,
     rows: StateRows,
     pub(super) zeros: Pair,
@@ -63,7 +63,7 @@ impl State {
         }
     }
 
-    /// An equation whose reaction is asked for, though others may take it over: zᵀr_σ ≠ 0 for a z with Φ_qᵀz = 0.
+    /// The equation of a requested reaction that other equations may take over: zᵀr_σ ≠ 0 for a z with Φ_qᵀz = 0.
     pub(super) fn find_undetermined(&mut self, system: &System, at: &NodeView<f64>) -> Option<usize> {
         if self.newton.evaluation.compliance().is_empty() {
             return None;
@@ -77,7 +77,7 @@ impl State {
         if let Some(found) = left_out.iter().find_map(|&j| self.find_shared(system, j, &asked, &flexibilities)) {
             return Some(found);
         }
-        // What is left out is satisfied as far as positions have drifted.
+        // Equations that are left out are satisfied only up to the drift of the positions.
         left_out.iter().for_each(|&j| flexibilities[j] = 0.0);
         let most =
             |x: &[f64]| (0..x.len()).max_by(|&a, &b| size(&flexibilities, x, a).total_cmp(&size(&flexibilities, x, b)));
@@ -86,7 +86,7 @@ impl State {
         (right > 0.0 && left > UNDETERMINED * right).then_some(most_asked)
     }
 
-    /// An equation whose reaction is asked for, if what is left out may take it over: zᵀr_σ ≠ 0 with z_j = 1, and the others from K(0) (v, −z) = (Φ_qᵀ, 0)_j.
+    /// The equation of a requested reaction that equation j may take over: zᵀr_σ ≠ 0 with z_j = 1, the others from K(0) (v, −z) = (Φ_qᵀ, 0)_j.
     fn find_shared(&mut self, system: &System, j: usize, asked: &[f64], flexibilities: &[f64]) -> Option<usize> {
         let State { newton, right, rows, zeros, .. } = self;
         if asked.iter().all(|x| *x == 0.0) {
@@ -109,7 +109,7 @@ impl State {
     }
 }
 
-/// A number of an equation, of a reaction's derivative, in units of the masses: derivatives with respect to reactions have units of their own.
+/// An entry of the derivative with respect to the reaction of equation j, in units of the masses, so that equations are comparable.
 fn size(flexibilities: &[f64], x: &[f64], j: usize) -> f64 {
     if flexibilities[j] > 0.0 { x[j].abs() / flexibilities[j].sqrt() } else { 0.0 }
 }

@@ -1,4 +1,4 @@
-//! [`Bordered`]: K(0) with rows and columns for what is held, and matrices close to it.
+//! [`Bordered`]: K(0) bordered by the held coordinates, and solutions with matrices close to it.
 
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
@@ -8,31 +8,31 @@ use crate::number::larger;
 use crate::system::Pair;
 use crate::{Error, System};
 
-/// GMRES goes as far as numbers allow, and Newton's corrections make up for what it leaves.
+/// Relative residual of GMRES; Newton's corrections remove the remaining error.
 const EXACT: f64 = 1e-14;
 const MOST_PRODUCTS: usize = 200;
-/// A coordinate has no freedom left if its mobility is below this part of that without constraints.
+/// A coordinate has no freedom left if its mobility is below this fraction of that without constraints.
 const DETERMINED: f64 = 1e-10;
-/// Corrections that have stopped shrinking are rounding below this part of the largest number, where all coordinates are free …
+/// Corrections that have stopped shrinking are rounding below this fraction of the largest number if all coordinates are free …
 const STALLED: f64 = 1e-11;
-/// … and below this one divided by the freedom of what is held.
+/// … and below this one divided by the freedom of the held coordinates.
 const ROUNDED: f64 = 64.0 * f64::EPSILON;
 
-/// K(0) bordered by what is held.
+/// K(0) bordered by the held coordinates.
 pub(crate) struct Bordered {
     held: Vec<usize>,
     /// K(0)⁻¹ E, and Eᵀ K(0)⁻¹ E.
     columns: Vec<Pair>,
     small: LU<f64, Dyn, Dyn>,
-    /// The held coordinate that is nearest to being determined, and what is left of its mobility.
+    /// The held coordinate that is closest to being determined, and its remaining fraction of mobility.
     least_free: Option<(usize, f64)>,
 }
 
 impl Bordered {
-    /// With the factors of K(0) that Newton's object has, and the masses in it.
+    /// Uses the factors of K(0) in `newton` and the masses in K(0).
     ///
     /// # Errors
-    /// A held coordinate that the constraints and the others determine.
+    /// The constraints and the other held coordinates determine a held coordinate.
     pub(crate) fn new(system: &System, newton: &mut Newton, held: &[usize], masses: &[f64]) -> Result<Self, Error> {
         let columns: Vec<Pair> = Vec::from_iter(held.iter().map(|&i| {
             let mut column = Pair::new(system.n(), system.m());
@@ -42,7 +42,7 @@ impl Bordered {
         }));
         let matrix = DMatrix::from_fn(held.len(), held.len(), |i, j| columns[j].v[held[i]]);
         let freedom = |i: usize| {
-            // What is left of its mobility when those before it are held, against what it has without constraints.
+            // Remaining mobility if the previous coordinates are held, relative to the mobility without constraints.
             let along = matrix.view((0, i), (i, 1)).into_owned();
             let others = if i == 0 { None } else { matrix.view((0, 0), (i, i)).into_owned().lu().solve(&along) };
             let left = matrix[(i, i)] - others.map_or(0.0, |x| along.dot(&x));
@@ -60,20 +60,20 @@ impl Bordered {
         }
     }
 
-    /// A correction below this part of what is corrected is rounding if corrections have stopped shrinking: the less freedom what is held has, the farther the
-    /// rest moves with the rounding of it.
+    /// If corrections have stopped shrinking, they are rounding below this fraction of the corrected values: the less freedom the held coordinates
+    /// have, the more their rounding errors move the others.
     pub(super) fn stalled(&self) -> f64 {
         self.least_free.map_or(STALLED, |(_, freedom)| larger(STALLED, ROUNDED / freedom))
     }
 
-    /// What is held and has the least freedom.
+    /// The held coordinate with the least freedom.
     pub(super) fn least_free(&self) -> Option<usize> {
         self.least_free.map(|(coordinate, _)| coordinate)
     }
 
-    /// Solves for x in the place of its right-hand side, with Eᵀ x = 0.
+    /// Replaces the right-hand side x by the solution x with Eᵀ x = 0.
     pub(crate) fn solve(&self, system: &System, newton: &mut Newton, x: &mut Pair) {
-        // In the rows of what is held there is κ alone: what stands there would cancel, and take digits of the rest with it.
+        // Rows of held coordinates contain only κ: other values there would cancel, with a loss of digits in the other rows.
         self.held.iter().for_each(|&i| x.v[i] = 0.0);
         newton.solve(system, x);
         if self.held.is_empty() {
@@ -88,8 +88,8 @@ impl Bordered {
         self.held.iter().for_each(|&i| x.v[i] = 0.0);
     }
 
-    /// The same for a matrix A that differs from K(0) in its block of velocities alone, by products with it: with x = (x_v, x_σ), GMRES finds x_v of
-    /// K(0)⁻¹ A (x_v, 0) = K(0)⁻¹ r, and x_σ is what is left. Multipliers of constraints that depend on each other stay out of its norms.
+    /// Solves A x = r in place of r for a matrix A that differs from K(0) only in its block of velocities, by products with A. With x = (x_v, x_σ),
+    /// GMRES solves K(0)⁻¹ A (x_v, 0) = K(0)⁻¹ r for x_v, and x_σ is the residual. Its norms do not contain multipliers of dependent constraints.
     pub(crate) fn solve_close(
         &self,
         system: &System,

@@ -1,4 +1,4 @@
-//! The coordinates of a start: w and ν by Newton's method, with loops that are softer the farther they are from closing.
+//! The coordinates of a start: Newton's method for w and ν, with loops that have the more compliance the farther they are from closing.
 
 use std::ops::Range;
 
@@ -9,27 +9,27 @@ use crate::number::{larger, largest};
 use crate::system::{Given, NodeView, Pair};
 use crate::{Error, System};
 
-/// A correction is halved so often until Φ gets smaller.
+/// Largest number of halvings of a correction until Φ decreases.
 const MOST_HALVINGS: i32 = 12;
-/// The largest compliance of a loop, in units of its own flexibility.
+/// Largest compliance of a loop, relative to its own flexibility.
 pub(super) const SOFTEST: f64 = 1e-1;
 
-/// How corrections led to a start.
+/// How the corrections to a start were made.
 pub(super) enum Way {
-    /// All of them in full length.
+    /// All corrections had full length.
     Straight,
-    /// Some were cut short.
+    /// Some corrections were shortened.
     Halved,
 }
 
-/// √(Φ_q M⁻¹ Φ_qᵀ)_jj of all equations, and the largest √m |q| of a guess, with M's diagonal.
+/// √(Φ_q M⁻¹ Φ_qᵀ)_jj of all equations, and the largest √m |q| of the guess, with the diagonal of M.
 pub(super) struct Sizes {
     equations: Vec<f64>,
     guess: f64,
 }
 
 impl Assembler<'_> {
-    /// w and ν from w = 0.
+    /// Solves for w and ν, starting from w = 0.
     pub(super) fn move_coordinates(
         &mut self,
         q: &[f64],
@@ -43,7 +43,7 @@ impl Assembler<'_> {
             Err(error) if !matches!(error, Error::Assembly { .. } | Error::AssemblyStalled { .. }) => return Err(error),
             direct => direct,
         };
-        // Corrections that were cut short may have led to the other side of somewhere.
+        // Shortened corrections may have led to a distant solution.
         let around = self.come_from_far((q, held), &mut far, given);
         let is_nearer =
             around.is_ok() && (direct.is_err() || self.square(q, &far.v, given) < self.square(q, &moved.v, given));
@@ -65,7 +65,7 @@ impl Assembler<'_> {
         w.iter().zip(momentum.iter().zip(&at_rest)).map(|(w, (p, at_rest))| w * (p - at_rest)).sum()
     }
 
-    /// From w and ν at hand, with K(0) made anew at every correction, and loops that are that soft at most.
+    /// Solves for w and ν, starting from the given ones, with a new K(0) at every correction and compliances of loops up to `softest`.
     pub(super) fn approach(
         &mut self,
         (q, held): (&[f64], &[usize]),
@@ -93,7 +93,7 @@ impl Assembler<'_> {
             tangent.correct(self.system, self.newton, &mut delta);
             let step = |share: f64| moved.v.iter().zip(&delta.v).map(|(w, delta)| w - share * delta).collect::<Vec<f64>>();
             let shares = (0..MOST_HALVINGS).map(|k| 0.5f64.powi(k));
-            // A comparison is false for a NaN.
+            // Comparisons with NaN are false.
             let gets_better = |share: &f64| {
                 let after = self.phi(q, &step(*share), given);
                 sizes.violation(&after) <= violation || largest_of(&after).1 <= self.tolerance
@@ -116,7 +116,7 @@ impl Assembler<'_> {
         if last <= stalled * size { Ok(way) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
     }
 
-    /// Refuses coordinates that violate a constraint.
+    /// Returns an error if the coordinates violate a constraint.
     pub(super) fn see_that_it_closes(&self, (q, held): (&[f64], &[usize]), w: &[f64], given: Given) -> Result<(), Error> {
         let (q0, mut phi, zeros) = (sum(q, w), self.phi(q, w, given), Pair::new(self.system.n(), self.system.m()));
         let at = given.at(&q0, &zeros.v, &zeros.sigma);
@@ -137,11 +137,11 @@ impl Assembler<'_> {
         Err(Error::Assembly { equation, violation: whole.map_or(most, length), tolerance: self.tolerance, holds })
     }
 
-    /// With the masses at a point where the evaluation stands.
+    /// Computes the sizes with the masses at the point of the last evaluation.
     pub(super) fn sizes(&self, q: &[f64], at: &NodeView<f64>) -> Sizes {
         let masses = redundancy::apparent_masses(self.newton, self.system, at);
         let mut flexibilities = redundancy::flexibilities(self.system, at, &masses);
-        // One for both components of a vector: what is left of a loop is a distance then, whichever way it points.
+        // One size for all components of a vector, so that the violation of a loop is a distance in any direction.
         for equations in self.system.vector_equations() {
             let most = flexibilities[equations.clone()].iter().copied().fold(0.0, larger);
             flexibilities[equations].fill(most);
@@ -162,14 +162,14 @@ impl Assembler<'_> {
 }
 
 impl Sizes {
-    /// The length of Φ in units of what moves the coordinates; NaN if an entry is.
+    /// The length of Φ in units of the masses; NaN if an entry is NaN.
     pub(super) fn violation(&self, phi: &[f64]) -> f64 {
         let violations = phi.iter().zip(&self.equations).map(|(phi, size)| if *size > 0.0 { phi / size } else { *phi });
         violations.map(|violation| violation * violation).sum::<f64>().sqrt()
     }
 
-    /// Compliances of loops at this violation: constraints that depend on each other where they hold contradict each other elsewhere. With its square
-    /// Newton's corrections converge quadratically all the same (Levenberg's method; N. Yamashita and M. Fukushima, 2001).
+    /// Compliances of loops at this violation: constraints that depend on each other at a solution contradict each other elsewhere. With compliances
+    /// proportional to its square, Newton's corrections still converge quadratically (Levenberg's method; N. Yamashita and M. Fukushima, 2001).
     pub(super) fn soft(&self, system: &System, violation: f64, softest: f64) -> Vec<(usize, f64)> {
         let softness = (violation / self.guess).powi(2).min(softest);
         let is_far = violation > 0.0 && softness > COMPLIANCE;
@@ -178,7 +178,7 @@ impl Sizes {
     }
 }
 
-/// The equation that is violated most, and by how much.
+/// The equation with the largest violation, and the violation.
 fn largest_of(phi: &[f64]) -> (usize, f64) {
     let sizes = phi.iter().map(|phi| phi.abs()).enumerate();
     sizes.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, 0.0))

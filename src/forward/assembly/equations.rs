@@ -1,13 +1,13 @@
-//! The equations of an assembly on any numbers, by the plain formulas.
+//! The equations of an assembly on any number type, evaluated with the plain formulas.
 
 use crate::System;
 use crate::number::{Real, larger};
 use crate::system::{Given, Pair, Sums};
 
-/// The part of hyper-dual numbers that belongs to both directions.
+/// The part of hyper-dual numbers that is the mixed second derivative.
 const MIXED: usize = 3;
 
-/// w and ν, or v₀ and μ, on any numbers; or what is left of their equations.
+/// w and ν, or v₀ and μ, on any number type; also used for the residuals of their equations.
 pub(super) struct Unknowns<R> {
     pub(super) x: Vec<R>,
     pub(super) multipliers: Vec<R>,
@@ -40,7 +40,7 @@ pub(super) enum Equations<'a, R> {
 }
 
 impl<R: Real> Equations<'_, R> {
-    /// How large a part of what they depend on is: a solution may vanish but for its rounding.
+    /// The size of a part of the given values: a solution may be zero up to rounding.
     pub(super) fn size(self, k: usize, given: Given<R>) -> f64 {
         if k == MIXED {
             return self.size(1, given) * self.size(2, given);
@@ -53,7 +53,7 @@ impl<R: Real> Equations<'_, R> {
         first.iter().chain(second).chain(design).fold(0.0, |size, x| larger(size, x.part(k).abs()))
     }
 
-    /// What is left of them, but for E κ.
+    /// Writes the residuals of the equations, without E κ.
     pub(super) fn residual(self, system: &System, unknowns: &Unknowns<R>, given: Given<R>, left: &mut Unknowns<R>) {
         let Unknowns { x, multipliers } = unknowns;
         let zeros = [vec![R::zero(); x.len()], vec![R::zero(); multipliers.len()]];

@@ -1,12 +1,12 @@
-//! The coordinates of a start far from its guess, where Newton's method for w and ν leads nowhere: steps in a metric that knows how the constraints bend,
+//! The coordinates of a start far from its guess, where Newton's method does not converge: steps in a metric with the curvature of the constraints,
 //!
 //! ```text
 //!   [M + |diag D|  Φ_qᵀ; Φ_q  −C] (δ, ν⁺) = −(M w, Φ)        w ← w + s δ,   ν ← ν + s (ν⁺ − ν),   s |δ_φ| ≤ ½ rad
 //! ```
 //!
-//! with D of [`Tangent`] and compliances C of the loops. In the metric of M alone a chain of many short rods turns some of them by several radians and leaves the
-//! others; a pull ν in it keeps neighbours together, as tension does in a rope. The steps end where the equations for w and ν hold, to which Newton's method
-//! then converges. If loops cannot close, C → 0 leaves them open by as little as possible.
+//! with D of [`Tangent`] and compliances C of the loops. In the metric of M alone, a chain of many short rods would turn some of them by several
+//! radians and leave the others; in this metric the multipliers ν keep neighbours together, like tension in a rope. The steps end where the equations
+//! for w and ν are satisfied; Newton's method then converges to this point. If loops cannot close, C → 0 leaves them open by as little as possible.
 
 use super::coordinates::SOFTEST;
 use super::equations::sum;
@@ -16,21 +16,21 @@ use crate::number::larger;
 use crate::system::{Given, Pair};
 
 const MOST_STEPS: usize = 400;
-/// No angle turns farther in a step, rad.
+/// Largest rotation of an angle in a step, rad.
 const MOST_TURN: f64 = 0.5;
-/// Steps below this part of w, of full length, are tried to be followed by Newton's method …
+/// After a full step below this fraction of w, Newton's method is tried …
 const SHORT: f64 = 1e-2;
-/// … and again where they have become shorter by this.
+/// … and again when the steps have decreased by this factor.
 const SHORTER: f64 = 0.3;
-/// Newton's method belongs to them if it changes w by no more than this part of it.
+/// The result of Newton's method is accepted if it changes w by no more than this fraction.
 const CLOSE: f64 = 0.1;
-/// A loop that does not close any more, in steps below this part of w, is given less compliance …
+/// If a loop stops closing, with steps below this fraction of w, its compliance is reduced …
 const SETTLED: f64 = 1e-3;
-/// … down to this one, in units of its own flexibility.
+/// … down to this one, relative to its own flexibility.
 const STIFFEST: f64 = 1e-9;
 
 impl Assembler<'_> {
-    /// w and ν from w = 0.
+    /// Solves for w and ν, starting from w = 0.
     pub(super) fn come_from_far(
         &mut self,
         (q, held): (&[f64], &[usize]),

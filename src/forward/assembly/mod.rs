@@ -1,15 +1,14 @@
-//! The assembly of a start: from a guess q̂, v̂ with some coordinates and velocities held to q₀ = q̂ + w and v₀ that satisfy all constraints.
+//! The assembly of a start: from a guess q̂, v̂ and held coordinates and velocities to q₀ = q̂ + w and v₀ that satisfy all constraints.
 //!
 //! ```text
 //!   𝓛_v(q₀, w, ν) − 𝓛_v(q₀, 0, 0) + E κ = 0      Φ(q₀, t₀) = 0             Eᵀ w = 0
 //!   𝓛_v(q₀, v₀, μ) − 𝓛_v(q₀, v̂, 0) + E κ = 0     dΦ/dt(q₀, v₀, t₀) = 0     Eᵀ (v₀ − v̂) = 0
 //! ```
 //!
-//! E picks what is held. Without it w and v₀ − v̂ are the least changes in the metric of M. Both are solved by Newton's method; its matrix is
-//! K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w ([`Tangent`]); far from the guess other steps lead to where it converges
-//! (`far.rs`). Constraints that depend on each other get a small
-//! compliance in K(0), not in the equations. What solves the equations is differentiated in `adjoint/assembly.rs`, and once more in
-//! `adjoint/second_order/assembly.rs`.
+//! E selects held coordinates. Without it w and v₀ − v̂ are the smallest changes in the metric of M. Newton's method solves both systems; its matrix
+//! is K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w ([`Tangent`]). Far from the guess, other steps lead to where it
+//! converges (`far.rs`). Constraints that depend on each other get a small compliance in K(0), not in the equations. `adjoint/assembly.rs`
+//! differentiates the solution, and `adjoint/second_order/assembly.rs` differentiates it twice.
 
 mod bordered;
 mod coordinates;
@@ -32,16 +31,16 @@ use crate::system::{Given, KnownPart, NodeView, Pair};
 use crate::{Coordinate, Error, Start, System};
 
 const MOST_CORRECTIONS_OF_START: usize = 50;
-/// Multipliers want more than one where K(0) has a compliance, also where coordinates do not move.
+/// If K(0) has a compliance, multipliers need more than one correction, even if coordinates do not move.
 const LEAST_CORRECTIONS_OF_START: usize = 3;
-/// A correction below this part of the largest number is rounding; if corrections have stopped shrinking, below that of [`Tangent::stalled`].
+/// A correction below this fraction of the largest number is rounding; if corrections have stopped shrinking, below [`Tangent::stalled`].
 const ROUNDING: f64 = 1e-15;
-/// Corrections below this are nothing but rounding, whatever the size: what they are made of begins to underflow.
+/// Corrections below this are rounding for any size, because their terms begin to underflow.
 const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
-/// Below this ratio of a pivot to what was added up in it, constraints may depend on each other.
+/// If the ratio of a pivot to its terms is below this, constraints may depend on each other.
 const SUSPICIOUS: f64 = 1e-10;
 
-/// A start that was assembled, with all that its derivatives need.
+/// An assembled start, with all values that its derivatives need.
 pub(crate) struct Assembly {
     /// The guess.
     pub(crate) q: Vec<f64>,
@@ -52,17 +51,17 @@ pub(crate) struct Assembly {
     pub(crate) velocity: Pair,
 }
 
-/// Where and with what a start is assembled.
+/// System, factors and tolerance for the assembly of a start.
 pub(crate) struct Assembler<'a> {
     pub(crate) system: &'a System,
     pub(crate) newton: &'a mut Newton,
     pub(crate) report: &'a mut Report,
-    /// What may be left of Φ, m or rad.
+    /// Tolerance of Φ, m or rad.
     pub(crate) tolerance: f64,
 }
 
 impl Assembly {
-    /// Where the equations for w or for v₀ are linearised: (q₀, w, ν) and (q₀, 0, 0), or (q₀, v₀, μ) and (q₀, v̂, 0).
+    /// The points at which the equations for w or v₀ are linearised: (q₀, w, ν) and (q₀, 0, 0), or (q₀, v₀, μ) and (q₀, v̂, 0).
     pub(crate) fn points<'a>(
         &'a self,
         which: Which,
@@ -76,7 +75,7 @@ impl Assembly {
         [given.at(q, &moved.v, &moved.sigma), given.at(q, from, &zeros.sigma)]
     }
 
-    /// What is held of it.
+    /// Numbers of the held coordinates or velocities.
     pub(crate) fn held(&self, which: Which) -> Vec<usize> {
         match which {
             Which::Coordinates => indices(&self.held.coordinates),
@@ -86,7 +85,7 @@ impl Assembly {
 }
 
 impl Assembler<'_> {
-    /// The start for a guess. Where that fails and an element has no number at the guess, the error is about the element.
+    /// The start for a guess. If the assembly fails and an element is not finite at the guess, the error names the element.
     pub(crate) fn assemble(&mut self, guess: (&[f64], &[f64], &Held), given: Given) -> Result<(Start, Assembly), Error> {
         let multipliers = vec![0.0; self.system.m()];
         let system = self.system;
@@ -112,7 +111,7 @@ impl Assembler<'_> {
         Ok((start, Assembly { q: q.to_vec(), v: v.to_vec(), held: held.clone(), moved, velocity }))
     }
 
-    /// Refuses what is held if velocities violate a constraint: where constraints have a compliance, what they determine is still moved a little.
+    /// Returns an error if velocities violate a constraint: a held coordinate that dependent constraints determine only seems to be free.
     fn see_that_it_is_free(&mut self, tangent: &Tangent, (q0, v): (&[f64], &[f64]), given: Given) -> Result<(), Error> {
         let Some(held) = tangent.least_free().filter(|_| !self.newton.evaluation.compliance().is_empty()) else {
             return Ok(());
@@ -128,7 +127,7 @@ impl Assembler<'_> {
         Ok(())
     }
 
-    /// The same on other numbers, near a start that was assembled, by the plain formulas.
+    /// The start on another number type, near an assembled one, by the plain formulas.
     pub(crate) fn lift<R: Real>(
         &mut self,
         (q, v): (&[R], &[R]),
@@ -143,7 +142,7 @@ impl Assembler<'_> {
         self.correct(&tangent, equations, &mut moved, given, |_, at, left| equations.residual(system, at, given, left))?;
         let q0 = sum(q, &moved.x);
         let mut velocity = Unknowns::new(&assembly.velocity.v, &assembly.velocity.sigma);
-        // What is held is the guess, derivatives and all.
+        // Held velocities are those of the guess, including derivatives.
         assembly.held(Which::Velocities).iter().for_each(|&i| velocity.x[i] = v[i]);
         let tangent = self.tangent(assembly, Which::Velocities, (&near, &zeros), real)?;
         let equations = Equations::Velocities(&q0, v);
@@ -151,7 +150,7 @@ impl Assembler<'_> {
         Ok(Start::Velocity { q: DVector::from_vec(q0), v: DVector::from_vec(velocity.x) })
     }
 
-    /// The tangent at a start that was assembled.
+    /// The tangent at an assembled start.
     pub(crate) fn tangent(
         &mut self,
         assembly: &Assembly,
@@ -163,14 +162,14 @@ impl Assembler<'_> {
         Tangent::new(self, which, [&moved, &unmoved], &assembly.held(which), &[])
     }
 
-    /// 𝓛_v by the programs.
+    /// 𝓛_v, evaluated by the programs.
     fn l_v(&mut self, at: &NodeView<f64>) -> Vec<f64> {
         let mut l_v = vec![0.0; self.system.n()];
         self.newton.l_v(self.system, at, &mut l_v, self.report);
         l_v
     }
 
-    /// What is left of one of the systems of equations, but for E κ, by the programs; with 𝓛_v at the point that did not move.
+    /// Writes the residual of one of the systems, without E κ, by the programs. `from` is 𝓛_v at the unmoved point.
     fn residual(&mut self, (which, from): (Which, &[f64]), at: &NodeView<f64>, left: &mut Unknowns<f64>) {
         let mut pair = Pair::new(at.v.len(), at.sigma.len());
         self.newton.l_v_and_phi_dot(self.system, at, &mut pair, self.report);
@@ -184,7 +183,7 @@ impl Assembler<'_> {
         }
     }
 
-    /// Factors K(0) at a point, with these compliances or, if constraints depend on each other, with others, and with more inertia of some coordinates.
+    /// Factors K(0) at a point with additional inertia. Without given compliances, dependent constraints get default ones.
     fn factor(
         &mut self,
         at: &NodeView<f64>,
@@ -202,7 +201,7 @@ impl Assembler<'_> {
         Bordered::new(self.system, self.newton, held, &masses)
     }
 
-    /// Corrections of every part by the same tangent until nothing is left but rounding.
+    /// Corrects every part with the same tangent until the corrections are rounding.
     fn correct<R: Real>(
         &mut self,
         tangent: &Tangent,
@@ -225,7 +224,7 @@ impl Assembler<'_> {
                 let size = unknowns.x.iter().fold(given, |size, x| larger(size, x.part(k).abs()));
                 let correction = largest(&delta.v);
                 let is_stalled = correction >= 0.5 * *last && correction <= tangent.stalled() * size;
-                // A real part that other parts come with was solved for before. Of a start at rest it is but their products, which never settle.
+                // The real part was solved before; for a start at rest its corrections are only rounding, which never settles.
                 let is_known = k == 0 && R::PARTS > 1;
                 is_done &= is_known || correction <= larger(ROUNDING * size, UNDERFLOW) || is_stalled;
                 *last = correction;
@@ -238,7 +237,7 @@ impl Assembler<'_> {
     }
 }
 
-/// Factors K(0) at a state with σ = 0, with these compliances or, if constraints depend on each other, with others; returns the smallest pivot ratio.
+/// Factors K(0) at a state with σ = 0; without given compliances, dependent constraints get default ones. Returns the smallest pivot ratio.
 pub(crate) fn factor_state(
     system: &System,
     newton: &mut Newton,
@@ -262,7 +261,7 @@ pub(crate) fn factor_state(
     })
 }
 
-/// The numbers of coordinates, of each once.
+/// The numbers of coordinates, each once.
 pub(crate) fn indices(coordinates: &[Coordinate]) -> Vec<usize> {
     let all = coordinates.iter().enumerate();
     all.filter(|(k, q)| !coordinates[..*k].contains(q)).map(|(_, q)| q.index()).collect()

@@ -16,7 +16,7 @@ use crate::number::{larger, largest};
 use crate::system::{Covector, ElementKind, NodeView, Pair, StateRows, Sums};
 use crate::{Error, System};
 
-/// A correction below this part of the solution is rounding.
+/// A correction below this fraction of the solution is rounding.
 const ROUNDING: f64 = 1e-16;
 
 /// Which of the two systems of equations.
@@ -28,8 +28,8 @@ pub(crate) enum Which {
     Velocities,
 }
 
-/// A at a point, bordered by what is held: solved by GMRES with K(0) as preconditioner, which has |diag D| for D and a compliance where constraints depend on
-/// each other.
+/// A at a point, bordered by the held coordinates. GMRES solves with it; the preconditioner is K(0) with |diag D| for D, and with a compliance if
+/// constraints depend on each other.
 pub(crate) struct Tangent {
     pub(crate) which: Which,
     held: Vec<usize>,
@@ -60,7 +60,7 @@ impl Tangent {
         Ok(Tangent { which, held: held.to_vec(), bordered, moved: moved_blocks, unmoved: unmoved_blocks })
     }
 
-    /// A x, without what is held.
+    /// Computes A x, without the border.
     fn product(&self, system: &System, newton: &Newton, x: &Pair, sums: &mut Sums<f64>, image: &mut Pair) {
         let (none, no_controls) = (vec![0.0; x.v.len()], vec![0.0; system.k()]);
         let along = |q, v, sigma| NodeView::of_equations([q, v, sigma], (&no_controls, 0.0, &[]));
@@ -76,12 +76,12 @@ impl Tangent {
         let no_sigma = vec![0.0; x.sigma.len()];
         evaluation.push_forward(system, &self.unmoved, &along(&x.v, &none, &no_sigma), sums);
         image.v.iter_mut().zip(sums.l_v()).for_each(|(sum, l_v)| *sum -= l_v);
-        // dΦ/dt is Φ_q v there.
+        // dΦ/dt is Φ_q v at this point.
         evaluation.push_forward(system, &self.unmoved, &along(&none, &x.v, &no_sigma), sums);
         image.sigma.copy_from_slice(sums.phi_dot());
     }
 
-    /// Aᵀ (c, e), without what is held.
+    /// Computes Aᵀ (c, e), without the border.
     pub(crate) fn transposed_product(
         &self,
         system: &System,
@@ -113,7 +113,7 @@ impl Tangent {
         self.bordered.solve(system, newton, left);
     }
 
-    /// Solves for a correction in the place of the residual.
+    /// Replaces the residual by the solution, a correction.
     pub(super) fn correct(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
         let mut sums = Sums::new(system.n(), system.m());
         self.bordered.solve_close(system, newton, left, |newton, x, image| {
@@ -121,8 +121,8 @@ impl Tangent {
         });
     }
 
-    /// The same for what a motion can mend. What rounding leaves of constraints that depend on each other it cannot: their multipliers would grow by
-    /// that with each correction, and derivatives of higher order would never follow.
+    /// Replaces the residual by a correction that a motion can make. It cannot remove the rounding of dependent constraints: their multipliers would
+    /// grow with each correction, and derivatives of higher order would never converge.
     pub(super) fn correct_in_range(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
         let mut within = left.clone();
         self.correct(system, newton, left);
@@ -135,24 +135,24 @@ impl Tangent {
         self.correct(system, newton, left);
     }
 
-    /// Below which part of what is corrected corrections that have stopped shrinking are rounding.
+    /// If corrections have stopped shrinking, they are rounding below this fraction of the corrected values.
     pub(super) fn stalled(&self) -> f64 {
         self.bordered.stalled()
     }
 
-    /// What is held and has the least freedom.
+    /// The held coordinate with the least freedom.
     pub(super) fn least_free(&self) -> Option<usize> {
         self.bordered.least_free()
     }
 
-    /// A⁻¹ r.
+    /// Computes A⁻¹ r.
     pub(crate) fn solve(&self, system: &System, newton: &mut Newton, right: &Pair) -> Result<Pair, Error> {
         let mut sums = Sums::new(system.n(), system.m());
         let product = |newton: &Newton, x: &Pair, image: &mut Pair| self.product(system, newton, x, &mut sums, image);
         self.solve_with(system, newton, right, product).map(|(x, _)| x)
     }
 
-    /// (c, e) = A⁻ᵀ r, and E k, which makes up for what is left in the rows of what is held.
+    /// Computes (c, e) = A⁻ᵀ r, and E k, the residual in the rows of held coordinates.
     pub(crate) fn solve_transposed(
         &self,
         system: &System,
@@ -169,7 +169,7 @@ impl Tangent {
         Ok((x, of_held))
     }
 
-    /// A solution and what is left of its right-hand side.
+    /// Computes a solution and its residual.
     fn solve_with(
         &self,
         system: &System,
@@ -178,7 +178,7 @@ impl Tangent {
         mut product: impl FnMut(&Newton, &Pair, &mut Pair),
     ) -> Result<(Pair, Pair), Error> {
         let (mut x, mut left) = (Pair::new(system.n(), system.m()), right.clone());
-        // The velocities that the right-hand side makes without constraints: the solution may vanish but for its rounding.
+        // Velocities that the right-hand side would cause without constraints: the solution may be zero up to rounding.
         let masses = masses(newton, system);
         let sizes = right.v.iter().zip(&masses).filter(|(_, mass)| **mass > 0.0).map(|(r, mass)| (r / mass).abs());
         let given = sizes.fold(0.0, larger);
@@ -201,7 +201,7 @@ impl Tangent {
     }
 }
 
-/// |D_ii| of the coordinates with D_ii ≠ 0, by the second derivatives at both points.
+/// |D_ii| of the coordinates with D_ii ≠ 0, from the second derivatives at both points.
 fn bends(assembler: &Assembler, blocks: [&[f64]; 2]) -> Vec<(usize, f64)> {
     let (system, evaluation) = (assembler.system, &assembler.newton.evaluation);
     let (mut sums, zeros, no_controls) =
