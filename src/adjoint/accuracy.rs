@@ -1,24 +1,24 @@
-//! Which solutions of adjoint equations are refined.
+//! Selection of the adjoint solutions that are refined iteratively.
 //!
-//! Factors without interchanges between nodes lose digits where a pivot is small, or where the losses of several multiply. A refined solution
-//! tells how many, by its correction: the next ones are refined too until the correction is small. Then one in many is looked at, and those
-//! whose smallest pivot is smaller than it was so far.
+//! Factors without interchanges between nodes lose digits if a pivot is small, or if the losses of several multiply. The correction by a refinement
+//! shows how many digits are lost: solutions are refined until the correction is small. After that one in many is refined, and those whose smallest
+//! pivot is much smaller than before.
 
-/// Corrections below this fraction of a solution are left out: the gradient's other rounding is of their size.
+/// Corrections below this fraction of a solution are small: other rounding errors of the gradient have this size.
 const SMALL: f64 = 1e-12;
-/// One in so many solutions is looked at.
+/// One in this number of solutions is refined.
 const LOOK_EVERY: usize = 128;
 
 #[derive(Default)]
 pub(super) struct Accuracy {
-    /// Solutions to come that need not be looked at …
+    /// Number of following solutions that need no refinement …
     trusted: usize,
-    /// … if their smallest pivot is not much below this.
+    /// … unless their smallest pivot is far below this.
     pivot: f64,
 }
 
 impl Accuracy {
-    /// Whether the solution whose smallest pivot is this one should be refined.
+    /// True if a solution with this smallest pivot should be refined.
     #[inline]
     pub(super) fn is_in_doubt(&mut self, pivot: f64) -> bool {
         let is_in_doubt = self.trusted == 0 || pivot < 0.5 * self.pivot;
@@ -26,7 +26,7 @@ impl Accuracy {
         is_in_doubt
     }
 
-    /// Takes note of a correction relative to its solution; NaN if that is zero, from which nothing follows.
+    /// Records a correction relative to its solution; NaN for a zero solution, which shows nothing.
     pub(super) fn note(&mut self, correction: f64, pivot: f64) {
         let is_small = correction <= SMALL;
         *self = if is_small { Accuracy { trusted: LOOK_EVERY - 1, pivot } } else { Accuracy::default() };

@@ -1,4 +1,4 @@
-//! Back through the assembly of a start: from dJ/dq₀ and dJ/dv₀ to the guess and to the parameters, by its equations (`forward/assembly/`).
+//! Adjoint equations of the assembly of a start (`forward/assembly/`): from dJ/dq₀ and dJ/dv₀ to the guess and the parameters.
 //!
 //! ```text
 //!   velocities:   Aᵀ (c, e) + E k = (v̄, 0)       dJ/dv̂ = 𝓛_vv(q₀, v̂, 0) c + E k
@@ -24,7 +24,7 @@ pub(super) struct Side<'a> {
     pub(super) zeros: &'a Pair,
 }
 
-/// What (c, e) give: dJ/dv̂ or dJ/dq̂ but for E k, and what is added to q̄.
+/// Results from (c, e): dJ/dv̂ or dJ/dq̂ without E k, and the contribution to q̄.
 pub(super) struct Back {
     pub(super) guess: DVector<f64>,
     pub(super) q: DVector<f64>,
@@ -43,14 +43,14 @@ impl<'a> Side<'a> {
         Ok(Side { tangent, moved, unmoved, zeros })
     }
 
-    /// Blocks and covectors of which rows are taken at the point that moved and at the other one.
+    /// Covectors for the adjoint rows at the moved and the unmoved point.
     pub(super) fn covectors<'x>(&'x self, x: &'x Pair) -> [Covector<'x>; 2] {
         let none = &self.zeros.sigma;
         let e = if self.tangent.which == Which::Velocities { &x.sigma } else { none };
         [Covector { c: &x.v, d: &self.zeros.v, e }, Covector { c: &x.v, d: &self.zeros.v, e: none }]
     }
 
-    /// What (c, e) give.
+    /// Computes the results from (c, e).
     pub(super) fn back(&self, system: &System, newton: &Newton, x: &Pair) -> Back {
         let rows = || StateRows::new(system.n(), system.m());
         let (mut moved, mut unmoved) = (rows(), rows());
@@ -82,7 +82,7 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// Through one of the systems of equations.
+    /// Solves the adjoint equations of one of the systems.
     fn through(
         &mut self,
         system: &System,
@@ -109,7 +109,7 @@ impl AdjointSweep {
         Side::new(&mut Assembler { system, newton, report: &mut self.report, tolerance: 0.0 }, which, of)
     }
 
-    /// Adds what (c, e) give with respect to parameters.
+    /// Adds the contributions of (c, e) to derivatives with respect to parameters.
     pub(super) fn add_parameters_of(&mut self, system: &System, newton: &mut Newton, side: &Side, x: &Pair) {
         let minus = x.negative();
         let ([of_moved, _], [_, of_unmoved]) = (side.covectors(&minus), side.covectors(x));
@@ -123,7 +123,7 @@ impl AdjointSweep {
         }
     }
 
-    /// Adds derivatives with respect to parameters alone: the controls and the time of a start are no guess.
+    /// Adds derivatives with respect to parameters only: controls and time of a start do not depend on the guess.
     fn with_parameters(&mut self, system: &System, add: impl FnOnce(&mut InputRows)) {
         let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
         let (design, evaluations) = (self.design.as_mut_slice(), &mut self.report.input_evaluations);

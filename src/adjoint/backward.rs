@@ -1,7 +1,7 @@
-//! The way back through the nodes: one backward sweep, or several side by side that share the factors of every K(h).
+//! The backward sweep through the nodes, or several side by side that share the factors of every K(h).
 //!
-//! Each has a right-hand side of its own, the derivatives of J or of an output. Until a sweep comes to the first node that its cost depends on, all that it
-//! carries is zero, and it has nothing to solve.
+//! Each sweep has its own right-hand side, the derivatives of J or of an output. Before a sweep reaches the first node on which its cost depends, all
+//! its variables are zero, and nothing is solved.
 
 use std::ops::Range;
 
@@ -16,7 +16,7 @@ use crate::system::{CostFactors, NodeView};
 use crate::{Error, Settings, System};
 
 impl AdjointSweep {
-    /// The gradients of sums of J and the outputs: `choose` sets the factors of each sweep's sum, which are those of J alone before.
+    /// The gradients of sums of J and the outputs. `choose` sets the factors of the sum of each sweep; initially the sum is J alone.
     pub(crate) fn run(
         sweeps: &mut [AdjointSweep],
         system: &System,
@@ -38,7 +38,7 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// Goes back through these nodes.
+    /// Sweeps backward through these nodes.
     pub(crate) fn back(
         sweeps: &mut [AdjointSweep],
         system: &System,
@@ -54,7 +54,7 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// The costs of a node, and the adjoint equations with which the motion goes on there.
+    /// Evaluates the costs of a node and solves the adjoint equations of the node from which the motion continues.
     fn arrive(
         &mut self,
         system: &System,
@@ -73,7 +73,7 @@ impl AdjointSweep {
         self.solve(system, motion, newton, (node, last), (h, None, is_factored), || motion.at(node))
     }
 
-    /// Crosses a restart: from the motion that was started anew to the step before it.
+    /// Solves the adjoint equations of a restart, from the restarted motion to the step before it.
     fn cross_restart(
         &mut self,
         system: &System,
@@ -91,7 +91,7 @@ impl AdjointSweep {
         crossed.map_err(|breakdown| self.singular(system, motion, node, &breakdown))
     }
 
-    /// The adjoint equations at the end of a step that a restart follows.
+    /// Solves the adjoint equations at the end of a step that precedes a restart.
     fn end_step(
         &mut self,
         system: &System,
@@ -105,7 +105,7 @@ impl AdjointSweep {
         self.solve(system, motion, newton, (node, last), (h, Some(restart.step_blocks), is_factored), end)
     }
 
-    /// The adjoint equations of stage s between a node and the one before it.
+    /// Solves the adjoint equations of stage s between a node and the previous one.
     fn inner_stage(
         &mut self,
         system: &System,
@@ -125,7 +125,7 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// Solves the adjoint equations of a stage, and adds to the derivatives with respect to its inputs; nothing while there is nothing to solve.
+    /// Solves the adjoint equations of a stage, and adds to the derivatives with respect to its inputs; does nothing while the sweep is idle.
     fn solve<'a>(
         &mut self,
         system: &System,
@@ -135,7 +135,7 @@ impl AdjointSweep {
         with: (f64, Option<&[f64]>, &mut bool),
         at: impl Fn() -> NodeView<'a, f64>,
     ) -> Result<(), Error> {
-        // Second derivatives may begin where first ones vanish, but not before a cost reads the state.
+        // Second derivatives may be nonzero where first ones vanish, but not before a cost has read the state.
         let cost = &self.cost;
         let leaves_nothing = || if self.record.is_some() { !cost.has_read_state } else { cost.has_no_state() };
         self.is_idle = self.is_idle && (self.cost_is_zero || leaves_nothing());
@@ -150,7 +150,7 @@ impl AdjointSweep {
         self.input_rows(system, newton, at, node)
     }
 
-    /// To q₀, v₀ or p*₀ and the design variables.
+    /// Computes the derivatives with respect to q₀, v₀ or p*₀ and the design variables.
     fn end_at_start(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
         self.start_rows(system, motion, newton);
         motion.given_start.iter().for_each(|warning| self.report.warn(warning.clone()));
@@ -162,7 +162,7 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// The length of the step into a node, and what the step carries to where it begins.
+    /// Adds the derivative with respect to the length of the step that ends at a node, and carries the adjoint variables to its beginning.
     fn leave(&mut self, motion: &Motion, newton: &Newton, (node, restart): (usize, Option<&Restart>)) {
         self.step_row(motion, restart, node);
         carried_part((&motion.trajectory.scheme, 0), motion.length(node), &mut self.step, &mut self.carried);
@@ -175,7 +175,7 @@ impl AdjointSweep {
     }
 }
 
-/// Goes back through one node, and through the step into it.
+/// Sweeps backward through one node and the step that ends there.
 fn visit(
     sweeps: &mut [AdjointSweep],
     system: &System,
@@ -187,7 +187,7 @@ fn visit(
     side_by_side(sweeps, |sweep, is_factored| sweep.arrive(system, motion, newton, (node, restart.is_some()), is_factored))?;
     if let Some(restart) = &restart {
         sweeps.iter_mut().try_for_each(|sweep| sweep.cross_restart(system, motion, newton, (node, restart)))?;
-        // Also where no sweep had anything to cross with: one may begin at an earlier node.
+        // Needed even if all sweeps are idle, since one may begin at an earlier node.
         newton.evaluation.set_compliance(motion.trajectory.compliance_into(node));
         side_by_side(sweeps, |sweep, is_factored| sweep.end_step(system, motion, newton, (node, restart), is_factored))?;
     }
@@ -209,7 +209,7 @@ fn visit(
     Ok(())
 }
 
-/// One sweep after the other with the same K(h), which the first that needs them makes the factors of.
+/// Applies `each` to one sweep after another with the same K(h), which the first sweep that needs it factors.
 fn side_by_side(
     sweeps: &mut [AdjointSweep],
     mut each: impl FnMut(&mut AdjointSweep, &mut bool) -> Result<(), Error>,
@@ -218,7 +218,7 @@ fn side_by_side(
     sweeps.iter_mut().try_for_each(|sweep| each(sweep, &mut is_factored))
 }
 
-/// h of the last stage of the step into a node.
+/// h of the last stage of the step that ends at a node.
 fn half_step(motion: &Motion, node: usize) -> f64 {
     let last = motion.trajectory.last_stage();
     motion.length(node) * motion.trajectory.scheme.a(last, last)

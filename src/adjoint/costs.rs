@@ -1,4 +1,4 @@
-//! Costs on the way back: J's terms at nodes and stages, and their derivatives with respect to what a motion follows from.
+//! Costs in the backward sweep: their terms at nodes and stages, and the derivatives of these.
 
 use super::sweep::AdjointSweep;
 use crate::forward::{AccelerationsOfCosts, Motion, control_rates};
@@ -8,7 +8,7 @@ use crate::system::{Beside, CostRows, Depends, NodeView, Weights};
 use crate::{Error, System};
 
 impl AdjointSweep {
-    /// J's terms at node `i`, their partials and their weights' derivatives.
+    /// Computes the terms of J at node `i`, their partial derivatives and those of their weights.
     pub(super) fn cost_rows(&mut self, system: &System, motion: &Motion, i: usize) -> Result<(), Error> {
         self.clear_cost();
         if !self.has_cost(system, motion, i) {
@@ -23,14 +23,14 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// Whether any cost may count at a node.
+    /// True if a cost may be evaluated at a node.
     pub(super) fn has_cost(&self, system: &System, motion: &Motion, i: usize) -> bool {
         let is_inside = i + 1 < motion.nodes();
         (!is_inside || system.has_running_cost(&self.cost.factors))
             && (system.has_integral() || self.refinement.given_node(i).is_some())
     }
 
-    /// What the costs of a node give to the derivatives with respect to the steps beside it, with which their weights grow.
+    /// Adds the contributions of the costs of a node to the derivatives with respect to the lengths of adjacent steps, which change the weights.
     pub(super) fn add_lengths_of_node(&mut self, system: &System, motion: &Motion, i: usize) {
         let (scheme, last) = (&motion.trajectory.scheme, motion.nodes() - 1);
         let given = self.refinement.given_node(i);
@@ -50,7 +50,7 @@ impl AdjointSweep {
         }
     }
 
-    /// The same as [`cost_rows`](Self::cost_rows) at a stage between nodes.
+    /// Computes the terms of J at a stage between nodes, as [`cost_rows`](Self::cost_rows) does at a node.
     pub(super) fn stage_cost_rows(
         &mut self,
         system: &System,
@@ -68,7 +68,7 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// What its costs give to the derivative with respect to the length of the step.
+    /// Adds the contribution of the costs of a stage to the derivative with respect to the length of the step.
     pub(super) fn add_length_of_stage(&mut self, motion: &Motion, (node, s): (usize, usize)) {
         let weight = motion.trajectory.scheme.weight(s);
         self.refinement.add_step(node, weight * self.cost.integrand_before, &mut self.gradient.steps);
@@ -82,7 +82,7 @@ impl AdjointSweep {
         }
     }
 
-    /// Adds what the costs of a node, or of a stage of the step into it, give to J and its derivatives to the rows, with u̇ of a step.
+    /// Adds the contributions of the costs of a node, or of a stage of the step that ends there, to the rows, with u̇ of a step.
     fn add_cost(
         &mut self,
         system: &System,
@@ -113,7 +113,7 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// Takes the value of the rows at hand and their derivatives with respect to inputs.
+    /// Adds the value and the input derivatives of the current rows to the gradient.
     pub(super) fn take_cost(&mut self) {
         self.gradient.value += self.cost.value;
         self.u.copy_from_slice(&self.cost.u);
@@ -121,14 +121,14 @@ impl AdjointSweep {
         self.time += self.cost.time;
     }
 
-    /// Adds derivatives with respect to inputs to those at hand.
+    /// Adds the input derivatives of other rows to the current ones.
     pub(super) fn add_inputs_of(&mut self, rows: &CostRows) {
         add(&mut self.u, &rows.u);
         add(&mut self.design, &rows.design);
         self.time += rows.time;
     }
 
-    /// From u̇ = (u_i − u_{i−1})/Δt_i of a step to its controls and its length.
+    /// Adds derivatives with respect to u̇ = (u_i − u_{i−1})/Δt_i of a step to those of its controls and its length.
     fn add_control_rates(&mut self, motion: &Motion, step: usize) {
         let Some(length) = motion.inputs.grid.steps.get(step - 1) else { return };
         let (rows, controls) = (&self.cost.u_dot, &mut self.gradient.controls);
@@ -138,12 +138,12 @@ impl AdjointSweep {
     }
 }
 
-/// What costs may need of a node beside its y and u.
+/// Quantities at a node that costs may need in addition to y and u.
 pub(super) struct CostNode {
     accelerations: AccelerationsOfCosts,
     /// Empty if no cost needs it.
     u_dot: Vec<f64>,
-    /// Derivatives at another λ, made where constraints depend on each other.
+    /// Derivatives at another λ, computed if constraints depend on each other.
     aside: Option<Box<CostRows>>,
 }
 
@@ -153,7 +153,7 @@ impl CostNode {
         CostNode { accelerations: AccelerationsOfCosts::default(), u_dot, aside: None }
     }
 
-    /// Another motion begins.
+    /// Begins another motion.
     pub(super) fn begin(&mut self) {
         self.accelerations.own.iter_mut().for_each(|accelerations| accelerations.begin());
     }
@@ -163,7 +163,7 @@ impl CostNode {
         self.accelerations.own.as_ref().map_or(at, |accelerations| accelerations.with(at))
     }
 
-    /// The costs of a node or stage, and what they owe to v̇ and λ there.
+    /// Evaluates the costs of a node or stage, including their dependence on v̇ and λ.
     fn evaluate(
         &mut self,
         system: &System,
@@ -187,7 +187,7 @@ impl CostNode {
         }
     }
 
-    /// Refuses costs on reactions that are not determined, also where their derivatives happen to be zero.
+    /// Returns an error for costs on undetermined reactions, even if their derivatives happen to be zero.
     fn check_aside(
         &mut self,
         system: &System,
@@ -200,7 +200,7 @@ impl CostNode {
         let sizes = (system.n(), system.m(), system.k());
         let aside = aside.get_or_insert_with(|| Box::new(CostRows::new(sizes, system.parameters().len(), system.outputs())));
         aside.factors.copy_from(&rows.factors);
-        // What programs need is made for the rows at hand.
+        // The workspace of programs belongs to the current rows.
         std::mem::swap(&mut aside.memory, &mut rows.memory);
         let at = NodeView { u_dot, ..*at };
         let checked = accelerations.check_aside(system, &at, aside, |there, aside| {

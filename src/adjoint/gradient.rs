@@ -1,4 +1,4 @@
-//! What the adjoint sweep gives: J and its derivatives, and the adjoint variables on the way.
+//! Results of the adjoint sweep: J with its derivatives, and the adjoint variables.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,15 +19,15 @@ pub struct Gradient {
     pub design: DVector<f64>,
     /// dJ/dq₀ and dJ/dv₀, or dJ/dp*₀ if the start contains p*₀.
     pub start: Start,
-    /// dJ/dΔt_i of the steps i = 1 … N. Their sum, weighted with the shares of the steps in the duration, is the derivative with respect to
-    /// the final time.
+    /// dJ/dΔt_i of the steps i = 1 … N. Their sum, weighted with the fractions of the steps in the duration, is the derivative with respect to the
+    /// final time.
     pub steps: Vec<f64>,
     /// Warnings of the motion and of the backward sweep.
     pub warnings: Vec<Warning>,
 }
 
-/// The adjoint variables, i.e. the multipliers of the step equations E1 … E5 that are given at the fields `a` … `e`, one column for each
-/// node 0 … N (a₀ = b₀ = 0).
+/// The adjoint variables, that is, the multipliers of the step equations E1 … E5 stated at the fields `a` … `e`, with one column for each node 0 … N
+/// (a₀ = b₀ = 0).
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdjointVariables {
     /// Multiplier of E1, q − q₋ − h (v + v₋). For a scheme with several stages a, b and e are sums over the stages of the step.
@@ -46,8 +46,8 @@ pub struct AdjointVariables {
     pub alpha: DMatrix<f64>,
     /// Δt Σ_s a_s0 b_s, as in `alpha`: the negative derivative of J with respect to ṗ* at the beginning of the step.
     pub beta: DMatrix<f64>,
-    /// The part of the derivative of J with respect to σ₋, the σ at the beginning of a macro step that ends with a restart, that arises
-    /// because the σ after the restart depends on it (m × (N + 1); 0 at other nodes).
+    /// The part of the derivative of J with respect to σ₋, the σ at the beginning of a macro step that ends with a restart, that is caused by its
+    /// effect on the σ after the restart (m × (N + 1); 0 at other nodes).
     pub s: DMatrix<f64>,
     /// The paper's w of Eq. (9), (4n + m) × (N + 1): w = (h₊ a₊ − J_v, h₊ b₊ − J_ṗ*, c, d, e), and at node 0
     /// (−dJ/dq₀, −dJ/dp*₀, c, d, e), see [`paper_system`](crate::paper_system).
@@ -55,7 +55,7 @@ pub struct AdjointVariables {
 }
 
 impl Gradient {
-    /// Multiplies all derivatives.
+    /// Multiplies all derivatives by a factor.
     pub(super) fn multiply(&mut self, factor: f64) {
         self.controls *= factor;
         self.design *= factor;
@@ -64,7 +64,7 @@ impl Gradient {
         self.steps.iter_mut().for_each(|d| *d *= factor);
     }
 
-    /// Refuses sums over the nodes that overflowed; `first` is the number of the first node.
+    /// Returns an error if a sum over the nodes has overflowed; `first` is the number of the first node.
     pub(crate) fn check_finite(&self, system: &System, first: usize) -> Result<(), Error> {
         let Gradient { value, controls, design, start, steps, .. } = self;
         let rate = if matches!(start, Start::Momentum { .. }) { "dJ/dp*₀" } else { "dJ/dv₀" };
@@ -111,7 +111,7 @@ impl AdjointVariables {
         }
     }
 
-    /// Keeps what the step into a node carries back to where it begins.
+    /// Stores the adjoint variables that the step to a node carries back to its beginning.
     pub(crate) fn store_step(&mut self, node: usize, carried: &Carried) {
         column_mut(&mut self.a, node).copy_from_slice(&carried.a);
         column_mut(&mut self.b, node).copy_from_slice(&carried.b);

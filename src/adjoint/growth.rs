@@ -1,13 +1,13 @@
-//! How much the adjoint variables grow on the way back: what a motion amplifies, rounding is part of.
+//! Growth of the adjoint variables in the backward sweep, by which rounding errors grow too.
 //!
-//! (a, b) = −(dJ/dq, dJ/dp*) are compared with what the costs have put into them so far, their own derivatives. With masses m for the pivots of
-//! K(0), and T for the duration of the motion, all are sizes of one unit, J/√J:
+//! (a, b) = −(dJ/dq, dJ/dp*) are compared with the contributions of the costs so far, which are their partial derivatives. With masses m for the
+//! pivots of K(0), and T for the duration of the motion, all sizes have the same unit, J/√J:
 //!
 //! ```text
 //!   |b| √m,   |a| T/√m        J_q T/√m,   J_v/√m,   J_p* √m,   J_ṗ* √m/Δt,   J_σ/√(1/m)
 //! ```
 //!
-//! Free flight keeps them; a cost that is small because its aim is reached is small in both.
+//! In free flight the sizes are constant; if a cost is small because its aim is reached, both sizes are small.
 
 use crate::Warning;
 use crate::forward::Motion;
@@ -19,13 +19,13 @@ use crate::system::CostRows;
 pub(crate) struct Growth {
     /// T, s.
     duration: f64,
-    /// What the costs have put in.
+    /// Sum of the contributions of the costs.
     source: f64,
     most: f64,
 }
 
 impl Growth {
-    /// Nodes are looked at whose numbers are multiples of this.
+    /// Nodes whose numbers are multiples of this are checked.
     pub(crate) const LOOK_EVERY: usize = 64;
 
     pub(crate) fn begin(&mut self, motion: &Motion) {
@@ -33,7 +33,7 @@ impl Growth {
         *self = Growth { duration: (last - motion.inputs.grid.start).abs(), source: 0.0, most: 1.0 };
     }
 
-    /// Adds what the costs of a node put in, at the last node and at those looked at, which stand for those between.
+    /// Adds the contributions of the costs of a node, at the last node and at checked nodes, which represent the nodes between them.
     pub(crate) fn add_source(&mut self, motion: &Motion, weights: &UnitWeights, cost: &CostRows, node: usize) {
         let steps = &motion.inputs.grid.steps;
         let is_last = node == steps.len();
@@ -53,7 +53,7 @@ impl Growth {
         self.source += if is_last { size } else { Self::LOOK_EVERY as f64 * size };
     }
 
-    /// Compares a and b with what the costs have put in.
+    /// Compares a and b with the contributions of the costs.
     pub(crate) fn watch(&mut self, weights: &UnitWeights, (a, b): (&[f64], &[f64])) {
         let size = weights.of_velocities(b.iter().copied()).max(self.duration * weights.of_momenta(a));
         if self.source > 0.0 {

@@ -1,4 +1,4 @@
-//! The way back: the discrete adjoint equations, the gradient, and how far it can be trusted.
+//! The adjoint sweep: the discrete adjoint equations, the gradient, and checks of its reliability.
 
 mod accuracy;
 mod assembly;

@@ -1,4 +1,4 @@
-//! [`Record`]: the adjoint variables of every stage, which second derivatives are made of.
+//! [`Record`]: the adjoint variables of every stage, from which second derivatives are computed.
 
 use nalgebra::DMatrix;
 
@@ -7,7 +7,7 @@ use crate::motion::{column, column_mut};
 use crate::scheme::StageAdjoint;
 use crate::system::{Covector, Pair};
 
-/// One column a stage, in the order of the motion's second derivatives.
+/// One column per stage, in the order of the second derivatives of the motion.
 #[derive(Default)]
 pub(super) struct Record {
     a: DMatrix<f64>,
@@ -15,14 +15,14 @@ pub(super) struct Record {
     c: DMatrix<f64>,
     d: DMatrix<f64>,
     e: DMatrix<f64>,
-    /// From the last to the first; behind so many stand those of earlier motions, whose memory is used again.
+    /// From the last restart to the first; elements after the first `crossings` belong to earlier motions and only keep their memory.
     crossed: Vec<Crossed>,
     crossings: usize,
-    /// Where stages begin that have nothing: no cost reads the state from there on, and whatever is not finite there is felt by none.
+    /// The first stage with zero adjoint variables: no cost reads the state from there on, so values that are not finite have no effect there.
     end: usize,
 }
 
-/// A restart: the adjoint variables of the motion that was started anew, and (c, e) of the projection.
+/// A restart: the adjoint variables of the restarted motion, and (c, e) of the projection.
 #[derive(Default)]
 pub(super) struct Crossed {
     node: usize,
@@ -31,7 +31,7 @@ pub(super) struct Crossed {
 }
 
 impl Record {
-    /// Makes room for so many stages.
+    /// Makes room for a number of stages.
     pub(super) fn fit(&mut self, system: &System, stages: usize) {
         (self.crossings, self.end) = (0, stages);
         if self.a.shape() == (system.n(), stages) {
@@ -56,19 +56,19 @@ impl Record {
         }
     }
 
-    /// Of a stage behind which no cost has read the state.
+    /// Stores zeros for a stage after which no cost reads the state.
     pub(super) fn store_nothing(&mut self, stage: usize) {
         let Record { a, b, c, d, e, .. } = self;
         [a, b, c, d, e].into_iter().for_each(|matrix| column_mut(matrix, stage).fill(0.0));
         self.end = stage;
     }
 
-    /// Whether a stage is one of these.
+    /// True if no cost reads the state from a stage on.
     pub(super) fn has_nothing(&self, stage: usize) -> bool {
         stage >= self.end
     }
 
-    /// Keeps what comes behind the restart of a node.
+    /// Stores the adjoint variables after the restart at a node.
     pub(super) fn begin_crossing(&mut self, node: usize, anew: &StageAdjoint) {
         if self.crossings == self.crossed.len() {
             self.crossed.push(Crossed::default());
@@ -80,7 +80,7 @@ impl Record {
         self.crossings += 1;
     }
 
-    /// Keeps (c, e) of the projection of the restart at hand.
+    /// Stores (c, e) of the projection of the current restart.
     pub(super) fn end_crossing(&mut self, of: &StageAdjoint) {
         if let Some(Crossed { projection, .. }) = self.crossed[..self.crossings].last_mut() {
             projection.v.clone_from(&of.c);
@@ -88,18 +88,18 @@ impl Record {
         }
     }
 
-    /// The restart of a node.
+    /// The restart at a node.
     pub(super) fn crossed(&self, node: usize) -> Option<&Crossed> {
         let at = self.crossed[..self.crossings].binary_search_by(|crossed| node.cmp(&crossed.node)).ok()?;
         Some(&self.crossed[at])
     }
 
-    /// a and b.
+    /// a and b of a stage.
     pub(super) fn of_step(&self, stage: usize) -> [&[f64]; 2] {
         [column(&self.a, stage), column(&self.b, stage)]
     }
 
-    /// c, d and e.
+    /// c, d and e of a stage.
     pub(super) fn covector(&self, stage: usize) -> Covector<'_> {
         Covector { c: column(&self.c, stage), d: column(&self.d, stage), e: column(&self.e, stage) }
     }

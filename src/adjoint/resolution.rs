@@ -1,20 +1,20 @@
-//! Whether steps resolve the elements: the gradient of a discrete motion is exact, and useless where forces change faster than its steps.
+//! Checks that steps resolve the elements: the gradient of a discrete motion is exact, but useless if forces change faster than the steps.
 //!
-//! An element adds w = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt to the adjoint equations of a step, with the step's c, d and e divided by Δt. On the chord
-//! from the point where the step begins to the one where it ends, (q, v, σ, u, t) for s = 0 … 1, the trapezoidal rule takes the derivatives at its
-//! ends for those between them. What it misses, ε, and what the cost gains per second by which the motion is ahead, S:
+//! An element adds w = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt to the adjoint equations of a step, with the step's c, d and e divided by Δt. On the chord from
+//! the point where the step begins to the one where it ends, (q, v, σ, u, t) for s = 0 … 1, the trapezoidal rule represents the derivatives by those
+//! at the ends. Let ε be its error, and S the change of the cost per second of advance of the motion:
 //!
 //! ```text
 //!   ε = w(1) − w(0) − ½ (w′(0) + w′(1)),      S = (|aᵀ(q − q₋)| + |bᵀ(p* − p*₋)|)/Δt
 //! ```
 //!
-//! A motion that is ahead by τ changes the cost by τ S, and the gradient has τ ε of that wrong: of third order in the step for smooth elements, the jump
-//! for a force that jumps inside the step. Of a narrow hill that is seen by several nodes the ε of its steps cancel, as those of the stages of a composed step do, so
-//! they are summed over the steps of one event: shares |Σ ε|/S of all events and elements, summed by squares, are worth a warning from
-//! [`Warning::BENT`] on. On composed grids a macro step is one event, and every step is looked at.
+//! An advance of the motion by τ changes the cost by τ S, and the gradient has the error τ ε of it: of third order in the step for smooth elements,
+//! equal to the jump for a force that jumps within the step. The ε of steps over a narrow peak that several nodes sample cancel, as do those of the
+//! stages of a composed step. They are therefore summed over the steps of one event; the root of the sum of squares of |Σ ε|/S over all events and
+//! elements causes a warning above [`Warning::BENT`]. On composed grids a macro step is one event, and every step is checked.
 //!
-//! Steps are looked at where the velocities at their ends were not what the nodes before led to expect, so that a motion that is resolved costs
-//! nothing. What no node feels is not found: a well or a pulse that lies between two nodes.
+//! On other grids a step is checked only if the velocities at its end were badly predicted, so that the check of a resolved motion costs nothing.
+//! Forces that no node samples are not detected: a well or a pulse between two nodes.
 
 use crate::adjoint::AdjointSweep;
 use crate::forward::Motion;
@@ -25,44 +25,44 @@ use crate::number::dot;
 use crate::system::{Covector, NodeValues, NodeView, Within};
 use crate::{System, Warning};
 
-/// An element bends if the derivatives at the ends of a step miss more than this part of what happens.
+/// An element bends if the error ε of a step exceeds this fraction of the change.
 const BENT: f64 = 0.2;
-/// What they miss in one step counts by itself, whatever others make good, if it is more than this part of what happens: seen by one node, a pulse is over.
+/// The error of a single step counts on its own, even if others compensate it, above this fraction of the change: a pulse sampled by one node.
 const MISSED: f64 = 0.8;
-/// So many steps without surprise end an event.
+/// Number of well-predicted steps that end an event.
 const QUIET: usize = 3;
 
-/// What elements do within steps.
+/// Errors of elements within steps.
 pub(crate) struct Resolution {
-    /// The change of the point along a step.
+    /// The change of the arguments along a step.
     change: NodeValues<f64>,
     /// The step's c, d and e.
     c: Vec<f64>,
     d: Vec<f64>,
     e: Vec<f64>,
-    /// The event at hand, by element.
+    /// The current event, by element.
     bends: Vec<Bend>,
-    /// The largest S in it.
+    /// The largest S in the event.
     most: f64,
-    /// Steps without surprise since the last with one; none in an event that has not begun.
+    /// Number of well-predicted steps since the last badly predicted one; `None` if no event has begun.
     quiet: Option<usize>,
     /// Σ (Σ ε/S)².
     total: f64,
-    /// The largest of these terms, its element, and where most was missed.
+    /// The largest of these terms, its element, and the step with the largest error.
     worst: f64,
     element: usize,
     at: Place,
 }
 
-/// What an element has done in an event.
+/// The errors of an element in an event.
 #[derive(Clone, Copy, Default)]
 struct Bend {
     missed: f64,
-    /// The most that was missed of what happened in one step.
+    /// The largest error of a step that counts on its own.
     alone: f64,
     bends: bool,
     most: f64,
-    /// Its number among all elements.
+    /// The number of the element among all elements.
     element: usize,
     at: Place,
 }
@@ -112,7 +112,7 @@ impl Resolution {
         (self.most, self.quiet) = (0.0, None);
     }
 
-    /// Says what was missed, if it is worth a warning.
+    /// Warns of unresolved elements if the errors are large enough.
     pub(crate) fn tell(&mut self, system: &System, report: &mut Report) {
         self.end_event();
         let share = self.total.sqrt();
@@ -123,7 +123,7 @@ impl Resolution {
     }
 }
 
-/// The change from one point to another; design variables stay.
+/// Computes the change from one point to another; design variables are constant.
 fn load_change(change: &mut NodeValues<f64>, [from, to]: [&NodeView<f64>; 2]) {
     let load = |into: &mut [f64], from: &[f64], to: &[f64]| {
         into.iter_mut().zip(from.iter().zip(to)).for_each(|(x, (from, to))| *x = to - from);
@@ -136,7 +136,7 @@ fn load_change(change: &mut NodeValues<f64>, [from, to]: [&NodeView<f64>; 2]) {
 }
 
 impl AdjointSweep {
-    /// Looks whether elements bend within the step into a node, if it is worth it; its adjoint equations have just been solved.
+    /// Checks whether elements bend within the step that ends at a node, if necessary; its adjoint equations have just been solved.
     pub(crate) fn watch_resolution(
         &mut self,
         system: &System,
@@ -147,7 +147,7 @@ impl AdjointSweep {
     ) {
         let (event, grid) = (&mut self.resolution, &motion.inputs.grid);
         if grid.stages > 1 {
-            // What is missed in one stage is made good by others.
+            // The stages of a macro step compensate each other's errors.
             if self.refinement.given_node(node).is_some_and(|given| grid.macro_steps(given).is_some()) {
                 event.end_event();
             }

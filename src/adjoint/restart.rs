@@ -11,14 +11,14 @@ use crate::number::add;
 use crate::scheme::StageAdjoint;
 use crate::system::{Covector, InputRows, NodeView, Pair};
 
-/// Whether corrections with 𝓛_vqᵀ, which shrink like the drift, have become rounding; slow ones have not.
+/// True if corrections with 𝓛_vqᵀ, which shrink like the drift, have become rounding, as opposed to slow corrections.
 pub(super) fn is_rounding(correction: f64, last: f64, size: f64) -> bool {
     correction <= 1e-16 * size || correction >= 0.5 * last && correction <= 1e-13 * size
 }
 
 impl AdjointSweep {
-    /// Turns the node's (a, b) = −(dJ/dq, dJ/dp*) into a cost at the end of the step, J_q = dJ/dq⁻ and J_v = dJ/dv⁻; the compliances are then those of
-    /// the projection.
+    /// Converts (a, b) = −(dJ/dq, dJ/dp*) of the node to a cost at the end of the step, J_q = dJ/dq⁻ and J_v = dJ/dv⁻. Afterwards the compliances are
+    /// those of the projection.
     pub(crate) fn cross(
         &mut self,
         system: &System,
@@ -38,7 +38,7 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// dJ/dq in the place of J_q, and π = dJ/dp* in that of b.
+    /// Stores dJ/dq in place of J_q, and π = dJ/dp* in place of b.
     pub(super) fn begin_crossing(&mut self) {
         self.cost.clear();
         self.cost_is_zero = false;
@@ -47,7 +47,7 @@ impl AdjointSweep {
         b.iter_mut().for_each(|b| *b = -*b);
     }
 
-    /// p* = 𝓛_v(q, v⁻, s) with s = α σ⁻ + β σ₋, which is where σ begins.
+    /// Adjoint of p* = 𝓛_v(q, v⁻, s) with the initial s = α σ⁻ + β σ₋.
     pub(super) fn cross_momentum(
         &mut self,
         system: &System,
@@ -62,7 +62,7 @@ impl AdjointSweep {
         self.cost.v.copy_from_slice(&self.rows.v);
         add(&mut self.cost.q, &self.rows.q);
         let here = motion.at(node);
-        // dJ/ds in the place of what goes to σ₋.
+        // dJ/ds, from which the contribution to σ₋ follows below.
         self.sigma_before.copy_from_slice(&self.rows.sigma);
         self.sigma_before_at = Some(restart.before);
         for &(j, mu) in motion.trajectory.compliance_from(node) {
@@ -79,7 +79,7 @@ impl AdjointSweep {
         newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
     }
 
-    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w, if there was a projection; `less` is taken from the right-hand side.
+    /// Adjoint of 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w, if there was a projection; `less` is subtracted from the right-hand side.
     pub(super) fn cross_projection(
         &mut self,
         system: &System,
@@ -93,7 +93,7 @@ impl AdjointSweep {
         self.rows.q.fill(0.0);
         let mut last = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS_OF_PROJECTION {
-            // c of the iterate before, to see what changes.
+            // c of the previous iterate, for the size of the change.
             d.copy_from_slice(c);
             let (positions, right) = (system.positions(), &mut self.right);
             let terms = self.cost.q.iter().zip(&self.rows.q);
@@ -118,7 +118,7 @@ impl AdjointSweep {
         self.cost.q.iter_mut().zip(&self.rows.v).for_each(|(q, row)| *q = -row);
 
         let here = motion.at(node);
-        // w in the place of d, which is no longer needed.
+        // w is stored in place of d, which is no longer needed.
         d.iter_mut().zip(here.q.iter().zip(restart.q)).for_each(|(w, (q, before))| *w = q - before);
         let at = NodeView { v: d, sigma: nu, ..here };
         let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };

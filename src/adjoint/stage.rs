@@ -1,13 +1,13 @@
-//! The adjoint equations of one stage: Kᵀ (c, e) = r, and what follows from c by insertion.
+//! The adjoint equations of one stage: Kᵀ (c, e) = r, and the variables that follow from c by substitution.
 //!
-//! Insert b = c + B − J_p* into d: d = D − h c with D = J_ṗ* + h J_p* − (h B + β). Then ∂v + h ∂q and ∂σ (see [`sweep`](super::sweep)) are n + m
-//! equations for (c, e) with the matrix K(h)ᵀ, and at node 0 the same with h = 0:
+//! Substituting b = c + B − J_p* into d gives d = D − h c with D = J_ṗ* + h J_p* − (h B + β). Then ∂v + h ∂q and ∂σ (see [`sweep`](super::sweep)) are
+//! n + m equations for (c, e) with the matrix K(h)ᵀ; at node 0, h = 0:
 //!
 //! ```text
 //!   Kᵀ (c, e) = ( h A + α − J_v − h J_q − (𝓛_qv + Q_v)ᵀ D − h (𝓛_qq + Q_q)ᵀ D,   −J_σ − (dΦ/dt)_q D )
 //! ```
 //!
-//! With a compliance (`forward/redundancy.rs`) μ the last part is −J_σ − (dΦ/dt)_q D − μ Σ e of the stages that follow.
+//! With a compliance μ (`forward/redundancy.rs`), the last part is −J_σ − (dΦ/dt)_q D − μ Σ e of the stages that follow.
 
 use super::sweep::AdjointSweep;
 use crate::forward::Motion;
@@ -17,7 +17,7 @@ use crate::system::Covector;
 use crate::{Error, System};
 
 impl AdjointSweep {
-    /// Solves the adjoint equations of stage s of the step into node `i`, with its blocks or others; `is_factored` tells whether K(h) is.
+    /// Solves the adjoint equations of stage s of the step that ends at node `i`, with its blocks or others. `is_factored`: K(h) is factored.
     pub(super) fn solve_stage(
         &mut self,
         system: &System,
@@ -46,14 +46,14 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// D, and the right-hand side r.
+    /// Computes D, and the right-hand side r.
     #[inline(always)]
     fn right_side(&mut self, system: &System, newton: &mut Newton, h: f64, blocks: &[f64]) {
         let n = system.n();
         let (node, carried) = (&mut self.step[self.stage], &self.carried);
         let positions = system.positions();
         let right = &mut self.right[..];
-        // Of equal length, so that the loops below need no checks.
+        // Slices of equal length, so that the loops below need no bounds checks.
         let (a_sum, b_sum, position) = (&carried.a[..n], &carried.b[..n], &positions.v[..n]);
         let (alpha, beta, h_sum) = (&carried.alpha[..n], &carried.beta[..n], h + carried.factor);
         let d = &mut node.d[..n];
@@ -86,7 +86,7 @@ impl AdjointSweep {
         self.report.refined_solutions += 1;
     }
 
-    /// The adjoint variables from (c, e), which stand where r was.
+    /// Computes the adjoint variables from (c, e), which are stored in place of r.
     #[inline(always)]
     fn insert(&mut self, system: &System, newton: &mut Newton, h: f64, blocks: &[f64]) {
         let n = system.n();

@@ -1,7 +1,7 @@
 //! The backward sweep: the exact discrete adjoint of the step equations, and the gradient (Eq. 5–12).
 //!
-//! The Lagrangian Σ ℓ_i + Σ (aᵀE1 + bᵀE2 + cᵀE3 + dᵀE4 + eᵀE5)_i is stationary in all y_i. With half steps h into the
-//! node and h₊ out of it (0 at the end), J_x the cost's partials at the node, and a₊, b₊ of the next node:
+//! The Lagrangian Σ ℓ_i + Σ (aᵀE1 + bᵀE2 + cᵀE3 + dᵀE4 + eᵀE5)_i is stationary in all y_i. With half steps h before the node and h₊ after it (0 at
+//! the end), J_x the cost's partial derivatives at the node, and a₊, b₊ of the next node:
 //!
 //! ```text
 //!   ∂p*:  c = b − b₊ + J_p*                      ∂ṗ*:  d = −h b − h₊ b₊ + J_ṗ*
@@ -10,7 +10,7 @@
 //!   ∂q :  a − a₊ + 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e + J_q = 0
 //! ```
 //!
-//! With other schemes A, B, α, β (`scheme/parts.rs`) take the places of a₊, b₊, h₊ a₊, h₊ b₊; each stage is solved by [`stage`](super::stage).
+//! With other schemes A, B, α, β (`scheme/parts.rs`) replace a₊, b₊, h₊ a₊, h₊ b₊; [`stage`](super::stage) solves each stage.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -30,20 +30,20 @@ use crate::scheme::{Carried, StageAdjoint};
 use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Scheme, Settings, Start, System};
 
-/// The backward sweep and its memory.
+/// The backward sweep and its workspace.
 pub(crate) struct AdjointSweep {
     pub(crate) gradient: Gradient,
     pub(crate) report: Report,
     pub(super) variables: Option<AdjointVariables>,
-    /// The adjoint variables of all stages, where second derivatives are asked for, and whether they are those of the motion and of the factors at hand.
+    /// The adjoint variables of all stages, for second derivatives; true if they belong to the current motion and factors.
     pub(super) record: Option<Record>,
     pub(super) is_recorded: bool,
-    /// The stages of the step at hand, and which of them is at hand; the last one is the node.
+    /// The stages of the current step, the last of which is the node, and the current stage.
     pub(crate) step: Vec<StageAdjoint>,
     pub(crate) stage: usize,
-    /// What later stages carry to the one at hand.
+    /// Contributions of later stages to the current one.
     pub(crate) carried: Carried,
-    /// Nothing is carried yet: no cost depends on what comes later.
+    /// True while nothing is carried, because no cost depends on later nodes.
     pub(super) is_idle: bool,
     pub(crate) cost: CostRows,
     pub(crate) cost_is_zero: bool,
@@ -54,14 +54,14 @@ pub(crate) struct AdjointSweep {
     pub(super) solution: Vec<f64>,
     pub(super) cost_node: CostNode,
     pub(crate) zeros: Pair,
-    /// What a restart adds to J_σ of the node where the macro step before it ended, and that node, until it is reached.
+    /// Contribution of a restart to J_σ of the node at which the previous macro step ended, and this node, until it is reached.
     pub(crate) sigma_before: Vec<f64>,
     pub(crate) sigma_before_at: Option<usize>,
     pub(super) growth: Growth,
     pub(super) accuracy: Accuracy,
-    /// dJ/du of the node or stage at hand.
+    /// dJ/du of the current node or stage.
     pub(crate) u: Vec<f64>,
-    /// Σ of explicit derivatives with respect to t over the nodes done.
+    /// Sum of the explicit derivatives with respect to t over the nodes visited so far.
     pub(crate) time: f64,
     /// dJ/dz for the values z of the parameters.
     pub(super) design: Vec<f64>,
@@ -105,7 +105,7 @@ impl AdjointSweep {
         }
     }
 
-    /// Drops what belonged to another motion, and takes J for what is to be differentiated.
+    /// Discards the results for another motion, and selects J as the function to be differentiated.
     pub(crate) fn forget(&mut self) {
         self.variables = None;
         self.is_recorded = false;
@@ -116,7 +116,7 @@ impl AdjointSweep {
         self.variables.as_ref()
     }
 
-    /// Refuses sums that overflowed, and says how far the gradient can be trusted.
+    /// Collects warnings, and returns an error if a sum has overflowed.
     pub(crate) fn finish(&mut self, system: &System, forward: &Report) -> Result<(), Error> {
         self.growth.tell(&mut self.report);
         self.resolution.tell(system, &mut self.report);
@@ -125,13 +125,13 @@ impl AdjointSweep {
         self.gradient.check_finite(system, self.refinement.node_of_whole(0))
     }
 
-    /// There is nothing to solve at this stage.
+    /// Sets the adjoint variables of a stage to zero.
     pub(super) fn clear_stage(&mut self, s: usize) {
         self.stage = s - 1;
         self.step[self.stage].clear();
     }
 
-    /// Takes what a later restart gives to the multipliers of this node.
+    /// Adds the contribution of a later restart to the multipliers of this node.
     pub(super) fn take_sigma_before(&mut self, node: usize) {
         if self.sigma_before_at != Some(node) {
             return;
@@ -142,19 +142,19 @@ impl AdjointSweep {
         self.cost_is_zero = false;
     }
 
-    /// Adds the derivatives with respect to the inputs of a stage at a share c of the step into a node.
+    /// Adds the derivatives with respect to the inputs of a stage at the fraction c of the step that ends at a node.
     pub(super) fn add_inner_inputs(&mut self, node: usize, c: f64) {
         // Controls are linear between nodes.
         self.refinement.add_controls(node - 1, 1.0 - c, &self.u, &mut self.gradient.controls);
         self.refinement.add_controls(node, c, &self.u, &mut self.gradient.controls);
-        // A longer step moves the stage by its share of it, and all that comes later by all of it.
+        // A longer step shifts the stage by the fraction c of the change, and all later nodes by the whole change.
         self.refinement.add_step(node, (c - 1.0) * self.time, &mut self.gradient.steps);
     }
 
     /// Makes room for the gradient of J with respect to the given inputs and sets it to zero.
     ///
     /// # Errors
-    /// A cost that depends on other things than before.
+    /// The quantities on which a cost depends have changed.
     pub(crate) fn begin(&mut self, system: &System, motion: &Motion, settings: &Settings) -> Result<(), Error> {
         let inputs = &motion.inputs;
         let state = [inputs.start.q().as_slice(), &self.zeros.v, &self.zeros.sigma];
@@ -197,7 +197,7 @@ impl AdjointSweep {
         system.singular_step(breakdown, self.refinement.step_of_whole(node), motion.at(node).t)
     }
 
-    /// Adds derivatives with respect to u, the design variables and the time of the node at hand.
+    /// Adds the derivatives with respect to u, the design variables and the time of the current node.
     pub(super) fn input_rows<'a>(
         &mut self,
         system: &System,
@@ -214,13 +214,13 @@ impl AdjointSweep {
             newton.evaluation.pull_back_inputs(system, &at(), &with, &mut rows);
         }
         if node == 0 {
-            // When a motion starts is no input: √t may begin at t = 0.
+            // The start time is not an input: √t may begin at t = 0.
             self.time = 0.0;
         }
         if all_finite(&self.u) && all_finite(&self.design) && self.time.is_finite() {
             return Ok(());
         }
-        // Sums that overflowed are named at the end.
+        // Overflowed sums are reported at the end.
         system.find_bad_input(&at(), self.refinement.node_of_whole(node)).map_or(Ok(()), Err)
     }
 
@@ -234,7 +234,7 @@ impl AdjointSweep {
         };
         let mut own = [0.0; 4];
         for (stage, row) in self.step.iter().zip(scheme.rows) {
-            // Two rates at a time; of an odd number the last stands beside itself.
+            // Two rates at a time; if their number is odd, the last one is paired with itself.
             for (pair, weights) in row.chunks(2).enumerate() {
                 let (first, second) = (weights[0], weights.get(1).copied().unwrap_or(0.0));
                 let ((v, rate), (next_v, next_rate)) = (rates(2 * pair), rates(2 * pair + weights.len() - 1));
@@ -245,11 +245,11 @@ impl AdjointSweep {
         self.refinement.add_step(i, self.time - total(own), &mut self.gradient.steps);
     }
 
-    /// Keeps the adjoint variables of node `i`, if they are wanted.
+    /// Stores the adjoint variables of node `i`, if requested.
     pub(super) fn store(&mut self, i: usize) {
         let Some(variables) = &mut self.variables else { return };
         let (node, carried, cost) = (&self.step[self.stage], &self.carried, &self.cost);
-        // a₀ is used for dJ/dq₀ and is no adjoint variable: node 0 has no E1.
+        // a₀ is used for dJ/dq₀ but is not an adjoint variable, because node 0 has no E1.
         column_mut(&mut variables.b, i).copy_from_slice(&node.b);
         column_mut(&mut variables.c, i).copy_from_slice(&node.c);
         column_mut(&mut variables.d, i).copy_from_slice(&node.d);

@@ -1,4 +1,4 @@
-//! Through the assembly of a start, once more: its equations along a direction, and their transpose (`adjoint/assembly.rs`) differentiated.
+//! Second derivatives of the assembly of a start: its equations along a direction, and the derivatives of their transpose (`adjoint/assembly.rs`).
 //!
 //! ```text
 //!   A (ẇ, ν̇) = −D(𝓛_v(q₀, w, ν) − 𝓛_v(q₀, 0, 0), Φ)              D along q̂˙ and ḃ,          q̇₀ = q̂˙ + ẇ
@@ -25,7 +25,7 @@ pub(super) struct AssemblyChange {
 }
 
 impl SecondOrderSweep {
-    /// The direction of the start that was assembled, in the place of that of its guess.
+    /// Replaces the direction of the guess by that of the assembled start.
     pub(super) fn along_assembly(
         &mut self,
         system: &System,
@@ -56,7 +56,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// −D of the equations along q, v, the time of the start and the design variables; of Φ it is that of dΦ/dt.
+    /// −D of the equations along q, v, the time of the start and the design variables; the rows of Φ contain −D of dΦ/dt.
     fn change_of_residual(&mut self, system: &System, newton: &Newton, side: &Side, [q, v]: [&[f64]; 2]) -> Pair {
         let SecondOrderSweep { change, programs, zeros, no_controls, sums, .. } = self;
         let t = change.inputs.grid.start;
@@ -94,7 +94,7 @@ impl SecondOrderSweep {
         let of_coordinates = self.through(system, newton, (Which::Coordinates, of), directions, [&q_bar, &q])?;
         let time = self.sweep.time;
         self.add_change_of_phi(system, (&motion.at(0), 0), (&of_coordinates.x.sigma, -1.0), q_dot.as_slice());
-        // The time of a start is no guess.
+        // The time of a start does not depend on the guess.
         self.sweep.time = time;
         newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         let held = assembly.held.clone();
@@ -102,7 +102,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// Through one of the systems of equations: from what is with respect to its solution, of the gradient and of its change.
+    /// Solves the adjoint equations of one of the systems, with the derivatives with respect to its solution and with their changes.
     fn through(
         &mut self,
         system: &System,
@@ -126,7 +126,7 @@ impl SecondOrderSweep {
         Ok(Through { guess: back.guess + of_held + change.guess, to_q, x })
     }
 
-    /// What Aᵀ (c, e) and the rows of (c, e) change by along a direction of the two points.
+    /// Changes of Aᵀ (c, e) and of the rows of (c, e) along a direction of the two points.
     fn change_of_rows(
         &mut self,
         system: &System,
@@ -158,14 +158,14 @@ impl SecondOrderSweep {
     }
 }
 
-/// The change of dJ/dv̂ or dJ/dq̂, what is added to q̄ and to its change, and (c, e).
+/// The change of dJ/dv̂ or dJ/dq̂, the contribution to q̄ and its change, and (c, e).
 struct Through {
     guess: DVector<f64>,
     to_q: [DVector<f64>; 2],
     x: Pair,
 }
 
-/// What changes along a direction with (c, e) as they are.
+/// Changes along a direction for constant (c, e).
 struct Change {
     of_matrix: Pair,
     guess: DVector<f64>,
@@ -173,7 +173,7 @@ struct Change {
     design: Vec<f64>,
 }
 
-/// dJ/dq₀ and dJ/dv₀ of the gradient itself.
+/// dJ/dq₀ and dJ/dv₀ of the gradient.
 fn of_start(system: &System, motion: &Motion, (newton, first): (&Newton, &First)) -> [DVector<f64>; 2] {
     let (mut rows, zeros) = (StateRows::new(system.n(), system.m()), Pair::new(system.n(), system.m()));
     let [a, b] = first.record.of_step(motion.block_column(0, motion.trajectory.last_stage()));

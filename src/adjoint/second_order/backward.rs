@@ -1,4 +1,4 @@
-//! The adjoint equations, differentiated along a direction: the backward sweep with other sources.
+//! The derivatives of the adjoint equations along a direction: a backward sweep with other sources.
 
 use super::forward::along_start;
 use super::kept::Place;
@@ -34,13 +34,13 @@ impl SecondOrderSweep {
         (0..motion.nodes()).for_each(|node| examiner.visit(system, motion, node, &mut report));
         self.sweep.gradient.warnings = report.warnings;
         match self.sweep.gradient.check_finite(system, motion.node_of_whole(0)) {
-            // Not every derivative reaches the product: that with respect to the time of the start does not.
+            // Some derivatives do not affect the product, such as that with respect to the start time.
             Err(error) => Err(self.suspect.take().unwrap_or(error)),
             Ok(()) => Ok(&self.sweep.gradient),
         }
     }
 
-    /// Goes back through one node, and through the step into it.
+    /// Sweeps backward through one node and the step that ends there.
     fn visit(
         &mut self,
         system: &System,
@@ -78,7 +78,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// The adjoint equations of a stage, with the factors of the way forth, and the derivatives with respect to its inputs.
+    /// Solves the adjoint equations of a stage with the factors of the forward sweep, and computes the derivatives with respect to its inputs.
     fn solve_stage<'a>(
         &mut self,
         system: &System,
@@ -100,7 +100,7 @@ impl SecondOrderSweep {
         self.sweep.input_rows(system, newton, at, node)
     }
 
-    /// Goes back through a stage between a node and the one before it.
+    /// Sweeps backward through a stage between a node and the previous one.
     fn inner_stage(
         &mut self,
         system: &System,
@@ -120,7 +120,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// Δt˙ Σ_{r>s} a_rs (a_r, b_r), the change of what is carried with the length of the step.
+    /// Adds Δt˙ Σ_{r>s} a_rs (a_r, b_r), the change of the carried part with the length of the step.
     fn carry(&mut self, motion: &Motion, first: &First, (node, s): (usize, usize)) {
         let (scheme, dt_dot) = (motion.trajectory.scheme, self.change.length(node));
         let carried = &mut self.sweep.carried;
@@ -138,7 +138,7 @@ impl SecondOrderSweep {
         }
     }
 
-    /// What dJ/dΔt = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ g_j) changes by with v_j and g_j.
+    /// The change of dJ/dΔt = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ g_j) with v_j and g_j.
     fn step_row(&mut self, motion: &Motion, first: &First, node: usize) {
         let (scheme, mut own) = (motion.trajectory.scheme, 0.0);
         for (s, row) in scheme.rows.iter().enumerate() {
@@ -157,7 +157,7 @@ impl SecondOrderSweep {
         self.sweep.refinement.add_step(node, -own, &mut self.sweep.gradient.steps);
     }
 
-    /// To q₀ and v₀ or p*₀, with what p*₀ = T_v(q₀, v₀; b) changes by itself.
+    /// Computes the rows of q₀ and v₀ or p*₀, including the change of p*₀ = T_v(q₀, v₀; b) itself.
     fn begin_rows(&mut self, system: &System, motion: &Motion, (newton, first): (&mut Newton, &First)) {
         let SecondOrderSweep { sweep, change, programs, zeros, no_controls, right, .. } = self;
         sweep.start_rows(system, motion, newton);

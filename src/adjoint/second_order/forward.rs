@@ -1,4 +1,4 @@
-//! The motion, differentiated along a direction: one linear system with K(h) for each stage.
+//! The derivatives of the motion along a direction: one linear system with K(h) for each stage.
 
 use super::SecondOrderSweep;
 use super::kept::Place;
@@ -36,7 +36,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// q̇₀ and ṗ*₀, which may follow from v̇₀: p*₀ = T_v(q₀, v₀; b).
+    /// Computes q̇₀ and ṗ*₀, which may follow from v̇₀: p*₀ = T_v(q₀, v₀; b).
     fn begin_motion(&mut self, system: &System, motion: &Motion, newton: &Newton) {
         self.change.inputs.grid.write_times(&mut self.change.trajectory.times);
         self.known_q.copy_from_slice(self.change.inputs.start.q().as_slice());
@@ -50,7 +50,7 @@ impl SecondOrderSweep {
         self.known_p.copy_from_slice(self.sums.l_v());
     }
 
-    /// q̄˙ + ḣ v and p̄˙ + ḣ g of a stage, and its place in time.
+    /// Computes q̄˙ + ḣ v and p̄˙ + ḣ g of a stage, and the change of its time.
     fn known_part(&mut self, motion: &Motion, (node, s): (usize, usize), restart: Option<Restart>) {
         let (trajectory, inputs) = (&mut self.change.trajectory, &self.change.inputs);
         let (scheme, dt, dt_dot) = (motion.trajectory.scheme, motion.length(node), inputs.grid.steps[node - 1]);
@@ -73,7 +73,7 @@ impl SecondOrderSweep {
         }
     }
 
-    /// v̇ and σ̇ of a stage, and what follows from them.
+    /// Computes v̇ and σ̇ of a stage, and the derivatives that follow from them.
     fn solve(
         &mut self,
         system: &System,
@@ -142,7 +142,7 @@ impl SecondOrderSweep {
     }
 }
 
-/// A stage of the step into a node as the step left it: at a restart, not as the motion goes on.
+/// A stage of the step that ends at a node; at a restart, the state before it.
 pub(super) fn stage_end<'a>(
     motion: &'a Motion,
     (node, s): (usize, usize),
@@ -163,7 +163,7 @@ fn along_solution<'a>((x, h): (&'a Pair, f64), x_q: &'a mut [f64], no_controls: 
     NodeView::of_equations([x_q, &x.v, &x.sigma], (no_controls, 0.0, &[]))
 }
 
-/// The direction of (q₀, v₀) and the design variables, where velocities are given.
+/// The direction of (q₀, v₀) and the design variables, if velocities are given.
 pub(super) fn along_start<'a>(change: &'a Motion, (sigma, u): (&'a [f64], &'a [f64])) -> NodeView<'a, f64> {
     let start = &change.inputs.start;
     NodeView::of_equations([start.q().as_slice(), start.rate().as_slice(), sigma], (u, 0.0, &change.design))

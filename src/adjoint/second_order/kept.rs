@@ -1,14 +1,14 @@
-//! [`KeptFactors`]: the factors of K(h) at the stages of a motion, for all products along other directions and their ways back.
+//! [`KeptFactors`]: the factors of K(h) at the stages of a motion, reused in products along other directions and in their backward sweeps.
 
 use crate::System;
 use crate::forward::Motion;
 use crate::linear::{BlockLu, Breakdown, Factorization};
 use crate::node::Newton;
 
-/// Of motions that would need more bytes than this nothing is kept.
+/// If a motion would need more bytes than this, no factors are stored.
 const MOST_BYTES: usize = 1 << 26;
 
-/// Two for each stage: of its K, and of that of the end of a step at a node where a restart follows.
+/// Two factorisations for each stage: of its K, and of K at the end of a step that precedes a restart.
 #[derive(Default)]
 pub(super) struct KeptFactors(Vec<Kept>);
 
@@ -18,7 +18,7 @@ struct Kept {
 }
 
 impl KeptFactors {
-    /// Another motion begins.
+    /// Begins another motion.
     pub(super) fn forget(&mut self) {
         self.0.iter_mut().for_each(|kept| kept.is_known = false);
     }
@@ -32,7 +32,7 @@ impl KeptFactors {
         self.0.resize_with(count, || Kept { factors: BlockLu::new(symbolic), is_known: false });
     }
 
-    /// Puts the factors of a stage in the place of those at hand, and says whether they are known.
+    /// Exchanges the current factors for those of a stage; false if these are unknown.
     pub(super) fn lend(&mut self, system: &System, newton: &mut Newton, (at, h): (Place, f64)) -> Result<bool, Breakdown> {
         let Some(kept) = self.0.get_mut(at.index()).filter(|kept| kept.is_known) else { return Ok(false) };
         newton.select_step(system, h)?;
@@ -40,7 +40,7 @@ impl KeptFactors {
         Ok(true)
     }
 
-    /// Keeps the factors at hand for the stage that they are of.
+    /// Stores the current factors for the stage to which they belong.
     pub(super) fn take_back(&mut self, newton: &mut Newton, at: Place) {
         if let Some(kept) = self.0.get_mut(at.index()) {
             newton.exchange_factors(&mut kept.factors);
@@ -49,7 +49,7 @@ impl KeptFactors {
     }
 }
 
-/// A stage by its column of second derivatives, and whether it is the end of a step at a node where a restart follows.
+/// The column of second derivatives of a stage; true if the stage is the end of a step that precedes a restart.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     pub(super) column: usize,

@@ -1,4 +1,4 @@
-//! Products of the Hessian with a direction: the motion and its adjoint equations, differentiated along a direction of the inputs.
+//! Products of the Hessian with a direction: derivatives of the motion and of its adjoint equations along a direction of the inputs.
 //!
 //! A dot is the derivative along the direction. With ψ = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of the gradient's adjoint variables at a stage:
 //!
@@ -9,8 +9,8 @@
 //!   outputs    dJ/du, dJ/db, dJ/dΔt of the backward sweep, and what their formulas change by themselves
 //! ```
 //!
-//! Restarts ([`restart`]), a start that is assembled ([`assembly`]) and costs on accelerations (`forward/accelerations.rs`) are differentiated alike.
-//! A product is exact, symmetric to rounding, and costs about as much as a gradient.
+//! Restarts ([`restart`]), assembled starts ([`assembly`]) and costs on accelerations (`forward/accelerations.rs`) are differentiated in the same
+//! way. A product is exact, symmetric to rounding, and costs about as much as a gradient.
 
 mod assembly;
 mod backward;
@@ -38,9 +38,9 @@ use phi::PhiAlong;
 use programs::Programs;
 use restart::RestartChange;
 
-/// Memory for products.
+/// Workspace for products.
 pub(crate) struct SecondOrderSweep {
-    /// The derivatives of the motion along the direction, in the places of what they are derivatives of.
+    /// The derivatives of the motion along the direction, each stored in place of the quantity that it is the derivative of.
     change: Motion,
     /// The step lengths with their derivatives.
     steps: Vec<Dual64>,
@@ -48,42 +48,42 @@ pub(crate) struct SecondOrderSweep {
     sweep: AdjointSweep,
     programs: Programs,
     kept: KeptFactors,
-    /// Of a start that is assembled.
+    /// Change of the assembly of the start.
     of_assembly: Option<AssemblyChange>,
-    /// Of the restarts, in order; on the way back, that of the node at hand.
+    /// Changes of the restarts, in order; in the backward sweep, that of the current node.
     restarts: Vec<RestartChange>,
     ended: Option<RestartChange>,
-    /// Memory for others.
+    /// Reusable memory for changes of restarts.
     unused_restarts: Vec<RestartChange>,
     phi: PhiAlong,
-    /// The direction of the multipliers with which the step at hand begins.
+    /// The direction of the multipliers at the beginning of the current step.
     sigma_before: Vec<f64>,
-    /// q̄˙ + ḣ v and p̄˙ + ḣ g of the stage at hand.
+    /// q̄˙ + ḣ v and p̄˙ + ḣ g of the current stage.
     known_q: Vec<f64>,
     known_p: Vec<f64>,
-    /// A right-hand side, the solution, h times its velocities, and what is left.
+    /// A right-hand side, the solution, h times its velocities, and the residual.
     right: Pair,
     x: Pair,
     x_q: Vec<f64>,
     left: Pair,
     accuracy: Accuracy,
-    /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt with what is known, and with v̇ and σ̇.
+    /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt with the known part, and with v̇ and σ̇.
     sums: Sums<f64>,
     of_state: Sums<f64>,
     zeros: Pair,
     no_controls: Vec<f64>,
-    /// For costs on u̇: it, its change, and J_u̇.
+    /// For costs on u̇: u̇, its change, and J_u̇.
     u_dot: [Vec<f64>; 2],
     first_rows: CostRows,
-    /// For costs on v̇ and λ: them, and their change.
+    /// For costs on v̇ and λ: their values, and their changes.
     accelerations: AccelerationsOfCosts,
     felt: [Pair; 2],
-    /// The first formula met whose second derivatives are no numbers, to blame if the product is none.
+    /// Error for the first formula whose second derivatives are not finite, reported if the product is not finite.
     suspect: Option<Error>,
     report: Report,
 }
 
-/// What the gradient left: the adjoint variables of its sweep, the factors of J and of the outputs, and dJ/dz.
+/// Results of the gradient: the adjoint variables of its sweep, the factors of J and of the outputs, and dJ/dz.
 struct First<'a> {
     record: &'a Record,
     factors: &'a CostFactors,
@@ -126,12 +126,12 @@ impl SecondOrderSweep {
         }
     }
 
-    /// Another motion begins.
+    /// Begins another motion.
     pub(crate) fn forget(&mut self) {
         self.kept.forget();
     }
 
-    /// The Hessian of what the sweep differentiates, times a direction.
+    /// The product of a direction with the Hessian of the function that the sweep differentiates.
     pub(crate) fn run(
         &mut self,
         system: &System,
@@ -162,7 +162,7 @@ impl SecondOrderSweep {
         Ok(&self.sweep.gradient)
     }
 
-    /// What the outputs change by along a direction.
+    /// The changes of the outputs along a direction.
     pub(crate) fn outputs(
         &mut self,
         system: &System,
@@ -181,7 +181,7 @@ impl SecondOrderSweep {
         Ok(DVector::from_iterator(system.outputs(), sums[1..].iter().map(|sum| sum.eps)))
     }
 
-    /// Takes the direction on the grid that was taken, and makes room.
+    /// Sets the direction on the computed grid, and makes room.
     fn begin(&mut self, system: &System, motion: &Motion, newton: &mut Newton, direction: &Inputs) -> Result<(), Error> {
         let change = &mut self.change;
         change.inputs = motion.refinement().refine(direction);
@@ -201,8 +201,7 @@ impl SecondOrderSweep {
     }
 }
 
-/// Refuses a motion that is not complete or that there are no derivatives along a direction of, and a direction that does not fit.
-/// A power of two that the numbers of a direction are divided by, so that their products neither vanish nor overflow; mostly 1.
+/// A power of two by which a direction is divided, so that products neither underflow nor overflow; usually 1.
 fn unit_of(direction: &Inputs) -> f64 {
     let Inputs { grid, start, controls, design } = direction;
     let lists = [&grid.steps, start.q().as_slice(), start.rate().as_slice(), controls.as_slice(), design.as_slice()];
@@ -211,6 +210,7 @@ fn unit_of(direction: &Inputs) -> f64 {
     if is_moderate { 1.0 } else { 2f64.powi((largest.log2() as i32).clamp(-1000, 1000)) }
 }
 
+/// Checks that the motion is complete, and that the direction fits its inputs.
 fn check(motion: &Motion, direction: &Inputs) -> Result<(), Error> {
     let Motion { trajectory, inputs, assembly, .. } = motion;
     trajectory.check_complete(inputs)?;
@@ -225,7 +225,7 @@ fn check(motion: &Motion, direction: &Inputs) -> Result<(), Error> {
     }
 }
 
-/// Numbers with their derivatives.
+/// Dual numbers from values and derivatives.
 fn dual(x: &[f64], dot: &[f64]) -> Vec<Dual64> {
     x.iter().zip(dot).map(|(x, dot)| Dual64::new(*x, *dot)).collect()
 }

@@ -1,10 +1,10 @@
-//! [`PhiAlong`]: Φ(q, t; b) with what it changes by along a direction, and that by one more argument, by hyper-dual numbers.
+//! [`PhiAlong`]: Φ(q, t; b) with its change along a direction, and their derivatives with respect to one argument, by hyper-dual numbers.
 
 use crate::System;
 use crate::number::{Hyper, Real};
 use crate::system::{NodeValues, NodeView};
 
-/// The parts of the numbers: along the direction, by the argument, and both.
+/// The parts of the numbers: derivative along the direction, with respect to the argument, and both.
 pub(super) const ALONG: usize = 2;
 const BY_ARGUMENT: usize = 1;
 pub(super) const BOTH: usize = 3;
@@ -21,7 +21,7 @@ impl PhiAlong {
         PhiAlong { at: NodeValues::zeros((n, m, system.k()), system.parameters().len()), phi: vec![Hyper::from(0.0); m] }
     }
 
-    /// At a point, along a direction of its coordinates, time and parameters.
+    /// Sets the point, and a direction of its coordinates, time and parameters.
     pub(super) fn set(&mut self, at: &NodeView<f64>, along: &NodeView<f64>) {
         let number = |x: f64, dot: f64| {
             let mut number = Hyper::from(x);
@@ -35,7 +35,7 @@ impl PhiAlong {
         *t = number(at.t, along.t);
     }
 
-    /// Adds to the part of the numbers that belongs to a parameter, or behind them to time.
+    /// Adds to the argument's part of a parameter, or of time for the index after the last parameter.
     pub(super) fn vary(&mut self, parameter: usize, by: f64) {
         let NodeValues { design, t, .. } = &mut self.at;
         design.get_mut(parameter).unwrap_or(t).add_to_part(BY_ARGUMENT, by);

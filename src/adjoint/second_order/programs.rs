@@ -1,25 +1,25 @@
-//! [`Programs`]: what second-order sweeps evaluate of elements and costs.
+//! [`Programs`]: the programs for elements and costs in second-order sweeps.
 
 use crate::node::Evaluation;
 use crate::system::{CostRows, CostSecondOrder, Covector, NodeView, SecondOrderEquations, Sums};
 use crate::{Error, System};
 
-/// Made when a product is asked for, and again when formulas change.
+/// Compiled for the first product, and again after formulas have changed.
 #[derive(Default)]
 pub(super) struct Programs {
-    /// Of elements, and of costs.
+    /// Fingerprints of the elements and of the costs.
     fingerprint: Option<(u64, u64)>,
-    /// The values of parameters that preludes were run for.
+    /// The values of the parameters for which preludes were run.
     design: Vec<f64>,
     pub(super) equations: SecondOrderEquations,
     pub(super) costs: Vec<Option<CostSecondOrder>>,
 }
 
 impl Programs {
-    /// Brings them up to date with the formulas that are evaluated, and with the design variables.
+    /// Updates the programs to the current formulas and design variables.
     ///
     /// # Errors
-    /// A cost that depends on other things than before.
+    /// The quantities on which a cost depends have changed.
     pub(super) fn prepare(&mut self, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) -> Result<(), Error> {
         let of_costs = system.costs_now(at)?;
         let fingerprint = evaluation.fingerprint().map(|of_elements| (of_elements, of_costs));
@@ -51,7 +51,7 @@ impl Programs {
         self.equations.add_changes(system, (at, along), sums);
     }
 
-    /// The derivatives of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction.
+    /// Computes the derivatives of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction.
     pub(super) fn rows_along(
         &mut self,
         of: (&System, &Evaluation),
@@ -64,7 +64,7 @@ impl Programs {
         self.add_rows_along(of, at, along, with, rows);
     }
 
-    /// Adds them.
+    /// Adds the derivatives of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction.
     pub(super) fn add_rows_along(
         &mut self,
         (system, evaluation): (&System, &Evaluation),

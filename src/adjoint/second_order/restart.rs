@@ -1,4 +1,4 @@
-//! Through a restart, forwards and backwards: the equations of `forward/restart.rs` along a direction, and `adjoint/restart.rs` differentiated.
+//! Second derivatives of a restart: the equations of `forward/restart.rs` along a direction, and the derivatives of `adjoint/restart.rs`.
 //!
 //! ```text
 //!   (𝓛_vv + 𝓛_vq) ẇ + Φ_qᵀ ν̇ = −D 𝓛_v,   Φ_q ẇ = −D Φ     D along q̇⁻ and the inputs, at (q, w, ν);     q̇ = q̇⁻ + ẇ
@@ -20,7 +20,7 @@ use crate::number::{Real, add};
 use crate::system::{CostRows, Covector, NodeView, Pair};
 use crate::{Error, System};
 
-/// The directions of what a step ended with, of (w, ν), of q behind it and of s.
+/// The directions of the state at the end of a step, of (w, ν), of q after the projection, and of s.
 pub(super) struct RestartChange {
     q: Vec<f64>,
     pub(super) v: Vec<f64>,
@@ -38,7 +38,7 @@ impl RestartChange {
         RestartChange { q, v, sigma: zeros(m), p_star_dot, projection: Pair::new(n, m), q_behind, begin: zeros(m) }
     }
 
-    /// With these directions at the end of a step, and without a projection.
+    /// Sets the directions at the end of a step, without a projection.
     fn at_end(mut self, end: &NodeView<f64>) -> Self {
         let ends = [(&mut self.q, end.q), (&mut self.q_behind, end.q), (&mut self.v, end.v)];
         ends.into_iter().chain([(&mut self.sigma, end.sigma)]).for_each(|(own, of)| own.copy_from_slice(of));
@@ -49,7 +49,7 @@ impl RestartChange {
     }
 }
 
-/// A restart, what the gradient and the direction know of it.
+/// A restart, with its data from the gradient and from the direction.
 struct Crossing<'a> {
     node: usize,
     restart: &'a Restart<'a>,
@@ -58,7 +58,7 @@ struct Crossing<'a> {
 }
 
 impl SecondOrderSweep {
-    /// From the direction at the end of a step to that of the motion that was started anew.
+    /// From the direction at the end of a step to that of the restarted motion.
     pub(super) fn cross(
         &mut self,
         system: &System,
@@ -87,7 +87,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// ẇ, ν̇ and q̇ = q̇⁻ + ẇ.
+    /// Computes ẇ, ν̇ and q̇ = q̇⁻ + ẇ.
     fn project(
         &mut self,
         system: &System,
@@ -123,7 +123,7 @@ impl SecondOrderSweep {
             let of_x = NodeView::of_equations([&x.v, &x.v, &x.sigma], (no_controls, 0.0, &[]));
             newton.evaluation.push_forward(system, blocks, &of_x, sums);
             left.v.copy_from_slice(sums.l_v());
-            // Φ_q w is what dΦ/dt changes by with v.
+            // Φ_q w is the change of dΦ/dt with v along w.
             let of_w = NodeView::of_equations([&zeros.v, &x.v, &zeros.sigma], (no_controls, 0.0, &[]));
             newton.evaluation.push_forward(system, blocks, &of_w, sums);
             left.sigma.copy_from_slice(sums.phi_dot());
@@ -134,7 +134,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// Back through the restart, to the end of the step before it, whose sources stand in the sweep then.
+    /// Adjoint equations of a restart, back to the end of the step before it, whose sources are then in the sweep.
     pub(super) fn cross_back(
         &mut self,
         system: &System,
@@ -155,7 +155,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// p* = 𝓛_v(q, v⁻, s).
+    /// Adjoint of p* = 𝓛_v(q, v⁻, s).
     fn momentum_back(&mut self, system: &System, motion: &Motion, newton: &mut Newton, of: &Crossing) {
         let Crossing { node, restart, crossed, change } = of;
         self.sweep.cross_momentum(system, motion, newton, restart, *node);
@@ -173,7 +173,7 @@ impl SecondOrderSweep {
         sweep.add_inputs_of(rows);
     }
 
-    /// 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0, if there was a projection.
+    /// Adjoint of 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0, if there was a projection.
     fn projection_back(
         &mut self,
         system: &System,
@@ -206,7 +206,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// The sources of the end of the step.
+    /// Adds the sources at the end of the step.
     fn add_end(&mut self, system: &System, motion: &Motion, (newton, record): (&Newton, &Record), of: &Crossing) {
         let Crossing { node, restart, change, .. } = *of;
         let last = motion.trajectory.last_stage();
@@ -225,7 +225,7 @@ impl SecondOrderSweep {
         sweep.add_inputs_of(rows);
     }
 
-    /// What (Φ_b, Φ_t)ᵀ e, times a sign, changes by along a direction, by hyper-dual numbers.
+    /// Adds the change of (Φ_b, Φ_t)ᵀ e, times a sign, along a direction, by hyper-dual numbers.
     pub(super) fn add_change_of_phi(
         &mut self,
         system: &System,
@@ -245,7 +245,7 @@ impl SecondOrderSweep {
     }
 }
 
-/// w, by which a projection moved a node.
+/// w, the displacement of a node by a projection.
 fn set_displacement(motion: &Motion, node: usize, q_before: &[f64], w: &mut [f64]) {
     let moved = motion.at(node).q.iter().zip(q_before);
     w.iter_mut().zip(moved).for_each(|(w, (q, before))| *w = q - before);

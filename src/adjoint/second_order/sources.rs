@@ -1,4 +1,4 @@
-//! S_z of a stage: what takes the places of a cost's derivatives J_z in the adjoint equations for derivatives along a direction.
+//! S_z of a stage, which replaces a cost's derivatives J_z in the adjoint equations for derivatives along a direction.
 
 use super::programs::Programs;
 use super::{First, SecondOrderSweep};
@@ -24,7 +24,7 @@ pub(super) struct OfStage<'a> {
 }
 
 impl OfStage<'_> {
-    /// ∂(Dψ)/∂z, −ḣ a and −ḣ b.
+    /// Adds ∂(Dψ)/∂z, −ḣ a and −ḣ b.
     pub(super) fn add_sources(&self, system: &System, newton: &Newton, programs: &mut Programs, rows: &mut CostRows) {
         programs.add_rows_along((system, &newton.evaluation), (&self.at, self.blocks), &self.along, &self.with, rows);
         if self.h_dot != 0.0 {
@@ -36,7 +36,7 @@ impl OfStage<'_> {
 }
 
 impl SecondOrderSweep {
-    /// Those of a node: of its costs and of its equations.
+    /// Computes the sources of a node, from its costs and its equations.
     pub(super) fn sources_of_node(
         &mut self,
         system: &System,
@@ -57,7 +57,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// Those of a stage of the step into a node.
+    /// Computes the sources of a stage of the step that ends at a node.
     pub(super) fn sources_of_stage(
         &mut self,
         system: &System,
@@ -76,7 +76,7 @@ impl SecondOrderSweep {
         Ok(())
     }
 
-    /// (J_z)˙, with u̇ of a step.
+    /// Adds (J_z)˙, with u̇ of a step.
     fn add_costs(
         &mut self,
         system: &System,
@@ -100,14 +100,14 @@ impl SecondOrderSweep {
             let (first, memory) = (&mut self.first_rows, &mut self.sweep.cost.memory);
             first.clear();
             first.factors.copy_from(&self.sweep.cost.factors);
-            // What programs need was made for the sweep: without it costs would be evaluated by num-dual.
+            // The workspace of programs belongs to the sweep; without it costs would be evaluated by num-dual.
             std::mem::swap(&mut first.memory, memory);
             let weights = weights.map(|weight| weight.re);
             system.costs().gradient(&at, &weights, first);
             std::mem::swap(&mut first.memory, memory);
         }
         if let Some(accelerations) = self.accelerations.own.as_mut().filter(|_| is_felt) {
-            // What costs on u̇ need of the first derivatives is kept.
+            // The workspace of first derivatives for costs on u̇ is preserved.
             let u_dot = std::mem::take(&mut self.first_rows.u_dot);
             let rows = (&mut self.first_rows, &mut self.sweep.cost);
             let done = accelerations.pull_back_along(system, (&at, &along), &mut self.programs.equations, rows);
@@ -124,7 +124,7 @@ impl SecondOrderSweep {
         Err(system.bad_cost_along((&at, &along), (weights, programs), rows, motion.node_of_whole(node)))
     }
 
-    /// v̇ and λ of a stage, and what they change by; whether they are known.
+    /// Computes v̇ and λ of a stage, and their changes; returns whether they are known.
     fn find_accelerations(
         &mut self,
         system: &System,
@@ -148,7 +148,7 @@ impl SecondOrderSweep {
         Ok(found.is_some())
     }
 
-    /// Those of the equations of a stage; of a node where the motion was started anew, as it goes on.
+    /// Adds the sources of the equations of a stage; for a restarted node, of the motion after the restart.
     fn add_stage(
         &mut self,
         system: &System,
@@ -178,7 +178,7 @@ impl SecondOrderSweep {
         }
     }
 
-    /// u̇ = (u_i − u_{i−1})/Δt_i in the step into a node, and its change.
+    /// Computes u̇ = (u_i − u_{i−1})/Δt_i in the step that ends at a node, and its change.
     fn find_control_rates(&mut self, motion: &Motion, step: usize) {
         let [u_dot, change] = &mut self.u_dot;
         control_rates(&motion.inputs, step, u_dot);
@@ -189,7 +189,7 @@ impl SecondOrderSweep {
         }
     }
 
-    /// What costs on u̇ add to the derivatives with respect to controls and step lengths.
+    /// Adds the contributions of costs on u̇ to the derivatives with respect to controls and step lengths.
     fn add_control_rates(&mut self, step: usize) {
         let Some(&Dual64 { re: length, eps: length_dot, .. }) = self.steps.get(step - 1) else { return };
         let ([u_dot, u_dot_change], sweep) = (&self.u_dot, &mut self.sweep);
@@ -203,7 +203,7 @@ impl SecondOrderSweep {
     }
 }
 
-/// A direction of (q, v, σ), with that of the inputs of a node.
+/// A direction of (q, v, σ), with the direction of the inputs at a node.
 pub(super) fn direction<'a>(change: &'a Motion, node: usize, state: [&'a [f64]; 3]) -> NodeView<'a, f64> {
     let NodeView { u, t, design, .. } = change.at(node);
     NodeView::of_equations(state, (u, t, design))
