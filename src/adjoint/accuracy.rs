@@ -2,7 +2,7 @@
 //!
 //! Factors without interchanges between nodes lose digits if a pivot is small, or if the losses of several multiply. The correction by a refinement
 //! shows how many digits are lost: solutions are refined until the correction is small. After that one in many is refined, and those whose smallest
-//! pivot is much smaller than before.
+//! pivot is less than half of that before.
 
 /// Corrections below this fraction of a solution are small: other rounding errors of the gradient have this size.
 const SMALL: f64 = 1e-12;
@@ -13,7 +13,7 @@ const LOOK_EVERY: usize = 128;
 pub(super) struct Accuracy {
     /// Number of following solutions that need no refinement …
     trusted: usize,
-    /// … unless their smallest pivot is far below this.
+    /// … unless their smallest pivot is below half of this.
     pivot: f64,
 }
 

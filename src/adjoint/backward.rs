@@ -54,7 +54,7 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// Evaluates the costs of a node and solves the adjoint equations of the node from which the motion continues.
+    /// Evaluates the costs of a node and solves its adjoint equations; at a restart, those of the restarted motion.
     fn arrive(
         &mut self,
         system: &System,

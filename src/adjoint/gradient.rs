@@ -111,7 +111,7 @@ impl AdjointVariables {
         }
     }
 
-    /// Stores the adjoint variables that the step to a node carries back to its beginning.
+    /// Stores the adjoint variables that the step ending at a node carries back to its beginning.
     pub(crate) fn store_step(&mut self, node: usize, carried: &Carried) {
         column_mut(&mut self.a, node).copy_from_slice(&carried.a);
         column_mut(&mut self.b, node).copy_from_slice(&carried.b);

@@ -5,7 +5,7 @@
 //!   K(0) (c, e) = (h_v̇, h_λ),               h gains ∂[c·f + e·g] with respect to q, v, u, t and b
 //! ```
 //!
-//! with f and g of `system/acceleration.rs`; r contains their values at v̇ = 0 and λ = 0.
+//! with f and g of `system/acceleration.rs`; r is the value of both at v̇ = 0 and λ = 0.
 
 mod state;
 
@@ -31,7 +31,7 @@ pub(crate) struct Accelerations {
     x: Pair,
     /// c and e of the last cost.
     adjoint: Pair,
-    /// Their change along a direction.
+    /// Change of c and e along a direction.
     change: Pair,
     zeros: Pair,
     /// λ at a distance from that of the last state.
@@ -144,8 +144,8 @@ impl Accelerations {
         }
     }
 
-    /// Checks that costs do not depend on a reaction that other constraints may take over. The λ used is at a distance from that of the last state,
-    /// where derivatives may happen to be zero; a determined sum of reactions is determined at any λ. `gradient` adds the derivatives at a λ to rows.
+    /// Checks that costs do not depend on a reaction that other constraints may take over. The check uses another λ than that of the last state, at
+    /// which derivatives may happen to be zero; determined sums of reactions are determined at any λ. `gradient` adds the derivatives at a λ to rows.
     ///
     /// # Errors
     /// A cost depends on such a reaction.

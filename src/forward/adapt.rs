@@ -11,12 +11,13 @@
 //!
 //! The error of a scheme of even order p is an odd derivative of the motion, Δt^(p+1) d^(p+1)x/dt^(p+1), whose sign alternates from swing to swing.
 //! Such errors cancel over equal steps, but less over steps adapted to them. Steps of these schemes lie between the two,
+//!
 //! ```text
 //!   Δt ≤ √(Δt_e Δt̄) / 1.5,     Δt_e the steps by errors alone, Δt̄ their mean
 //! ```
 //!
 //! Without this bound the trapezoidal rule takes 9 % more steps than a uniform grid on the slider-crank of `tests/motion/adapt.rs`, and 14 % more on
-//! the four-bar; with it, 8 % and 5 % fewer. The test determines uniform grids to within a tenth.
+//! the four-bar; with it, 8 % and 5 % fewer. The test determines the uniform grids to within a tenth.
 //!
 //! δq and δp* are the estimates of the scheme (`scheme/estimate.rs`), of order k. Solving with K(h) converts the errors of momenta to errors of
 //! velocities; it removes components in the directions of the reactions and damps components that are too stiff to contribute to the motion.

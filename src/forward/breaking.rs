@@ -42,7 +42,7 @@ pub(super) fn designs(
     (0..breaks.len()).filter(|&b| breaks[b]).collect()
 }
 
-/// Admissible velocities v in all motions, y, and y if its terms do not cancel; `None` if this motion itself ends the dependence.
+/// Admissible velocities v in which all motions take part, y, and y without cancelling terms; `None` if v itself ends the dependence.
 fn moving(
     system: &System,
     newton: &mut Newton,

@@ -71,7 +71,7 @@ impl<R: Real> Trajectory<R> {
         Ok(DVector::from_column_slice(&sums[1..]))
     }
 
-    /// The requested ones of J and the outputs, with a workspace for v̇ and λ that other motions of the system can reuse.
+    /// J and the outputs, as far as requested, with a workspace for v̇ and λ that other motions of the system can reuse.
     ///
     /// # Errors
     /// As [`cost`](Self::cost).

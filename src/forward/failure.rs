@@ -85,7 +85,7 @@ impl ForwardSweep {
         let x = self.stepper.newton.iterate(system);
         let h = self.stepper.half_step(&self.motion.trajectory.scheme, self.motion.length(node));
         let q: Vec<f64> = self.stepper.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
-        // A diverged iterate does not indict a formula.
+        // A diverged iterate does not show that a formula fails.
         let is_point = [&q, &x.v, &x.sigma].into_iter().flatten().all(|x| x.abs() < RAN_AWAY);
         let stage = self.motion.at_stage(node, self.stepper.stage);
         let at = NodeView { q: &q, v: &x.v, sigma: &x.sigma, ..stage };

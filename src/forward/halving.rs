@@ -69,8 +69,7 @@ impl Motion {
         Refinement::new(&grid.steps, grid.around[0], &self.trajectory.inserted)
     }
 
-    /// The number, counted from 1, of the given step that ends at a node or contains it, in the longer motion that contains this one; 0 for its
-    /// start.
+    /// The number, from 1, of the given step that ends at a node or contains it, in the longer motion that contains this one; 0 for its start.
     pub(crate) fn step_of_whole(&self, node: usize) -> usize {
         if node == 0 { 0 } else { self.node_of_whole(node) }
     }

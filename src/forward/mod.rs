@@ -80,7 +80,7 @@ impl ForwardSweep {
         settings.check()?;
         inputs.check(system)?;
         if self.motion.trajectory.times.len() != room {
-            // Inputs and gradient are additional.
+            // Inputs and gradient need additional memory.
             let node = system.bytes_per_node(settings) + 2 * (1 + system.k()) * size_of::<f64>();
             memory::check("the motion", room, node)?;
             self.motion.trajectory = Trajectory::zeros(system, room, settings.scheme);

@@ -31,7 +31,7 @@ pub(crate) struct Motion {
     pub(crate) start_blocks: Vec<f64>,
     pub(crate) no_sigma: Vec<f64>,
     pub(crate) restarts: Restarts,
-    /// The small compliances of all equations that close loops, without left-out ones; empty unless some depend on each other.
+    /// The small compliances of all equations that close loops, with none of them left out; empty unless some depend on each other.
     pub(crate) shared: Vec<(usize, f64)>,
     /// For each column, true if the end of its step was badly predicted, so that the step is checked for unresolved forces.
     pub(crate) surprising: Vec<bool>,

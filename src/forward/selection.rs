@@ -109,8 +109,8 @@ pub(super) fn look_at_end(forward: &mut ForwardSweep, system: &System, settings:
     look(forward, system, last, settings).map(|_| ())
 }
 
-/// The equations that are left out from the start on, if dependencies do not persist straight ahead of it, off the constraints. Parallel cranks
-/// remain parallel and drift alike, and so do doubled hinges.
+/// The equations that are left out from the start on, if dependencies do not persist along a straight motion that leaves the constraints. Parallel
+/// cranks remain parallel and drift alike, and so do doubled hinges.
 pub(super) fn at_start(
     forward: &mut ForwardSweep,
     system: &System,

@@ -27,9 +27,9 @@ use crate::{Grid, memory};
 /// | `Yoshida6` | 7 | 6 | from −0.16 to 1.16 | H. Yoshida, Phys. Lett. A 150 (1990) 262, solution A; HLW V.3.2 |
 /// | `KahanLi6` | 9 | 6 | inside | W. Kahan, R.-C. Li, Math. Comp. 66 (1997) 1089; HLW V.3.2 |
 ///
-/// These orders need controls and other functions of time that are smooth over all nodes of a macro step. With a control that has kinks,
-/// the order is kept if the kinks are at ends of macro steps and all nodes of a macro step have the values of the smooth piece of that
-/// macro step, also those nodes whose times lie outside it.
+/// The orders need controls and other functions of time that are smooth over all nodes of a macro step. With a control that has kinks,
+/// the order is kept if the kinks are at ends of macro steps and all nodes of a macro step have the values of the smooth piece that
+/// belongs to it, including nodes whose times lie outside it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Composition {
     /// One stage: the trapezoidal rule.

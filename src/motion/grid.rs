@@ -30,8 +30,8 @@ impl Grid {
         Grid::new(0.0, vec![dt; steps])
     }
 
-    /// A grid with nodes at the given times, s, and equal steps between them, none longer than `longest`, s. Use it if measurements or kinks of
-    /// controls are at certain times.
+    /// A grid with nodes at the given times, s, and equal steps between them, none longer than `longest`, s. Use it if there are
+    /// measurements, or kinks of controls, at these times.
     ///
     /// ```
     /// use hamiltonian_adjoint::Grid;
@@ -43,7 +43,7 @@ impl Grid {
     /// ```
     ///
     /// # Errors
-    /// No time, a time that is not finite, or a length that is not positive or so short that the steps do not fit into memory.
+    /// An empty list, a time that is not finite, or a length that is not positive or so short that the steps do not fit into memory.
     pub fn through(times: &[f64], longest: f64) -> Result<Self, Error> {
         if let Some(&value) = times.iter().find(|t| !t.is_finite()) {
             return Err(Error::NotFinite { what: "a time of `Grid::through`".into(), value });

@@ -113,7 +113,7 @@ impl Refinement {
         if node == 0 { 0 } else { self.part(node).step + 1 }
     }
 
-    /// The number of that given step in the longer motion of which this one is a part; 0 for the start of this motion.
+    /// The number of the given step that ends at a node or contains it, in the longer motion of which this one is a part; 0 for node 0.
     pub(crate) fn step_of_whole(&self, node: usize) -> usize {
         if node == 0 { 0 } else { self.node_of_whole(node) }
     }

@@ -89,7 +89,7 @@ impl Bordered {
     }
 
     /// Solves A x = r in place of r for a matrix A that differs from K(0) only in its block of velocities, by products with A. With x = (x_v, x_σ),
-    /// GMRES solves K(0)⁻¹ A (x_v, 0) = K(0)⁻¹ r for x_v, and x_σ is the residual. Its norms do not contain multipliers of dependent constraints.
+    /// GMRES solves K(0)⁻¹ A (x_v, 0) = K(0)⁻¹ r for x_v; the residual gives x_σ. Its norms do not contain multipliers of dependent constraints.
     pub(crate) fn solve_close(
         &self,
         system: &System,

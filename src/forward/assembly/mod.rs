@@ -6,9 +6,9 @@
 //! ```
 //!
 //! E selects held coordinates. Without it w and v₀ − v̂ are the smallest changes in the metric of M. Newton's method solves both systems; its matrix
-//! is K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w ([`Tangent`]). Far from the guess, other steps lead to where it
-//! converges (`far.rs`). Constraints that depend on each other get a small compliance in K(0), not in the equations. `adjoint/assembly.rs`
-//! differentiates the solution, and `adjoint/second_order/assembly.rs` differentiates it twice.
+//! is K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w ([`Tangent`]). Far from the guess, other steps lead to a point
+//! from which it converges (`far.rs`). Constraints that depend on each other get a small compliance in K(0), not in the equations.
+//! `adjoint/assembly.rs` differentiates the solution, and `adjoint/second_order/assembly.rs` differentiates it twice.
 
 mod bordered;
 mod coordinates;
@@ -111,7 +111,7 @@ impl Assembler<'_> {
         Ok((start, Assembly { q: q.to_vec(), v: v.to_vec(), held: held.clone(), moved, velocity }))
     }
 
-    /// Returns an error if velocities violate a constraint: a held coordinate that dependent constraints determine only seems to be free.
+    /// Returns an error if velocities violate a constraint: then a held coordinate only seems to be free, but dependent constraints determine it.
     fn see_that_it_is_free(&mut self, tangent: &Tangent, (q0, v): (&[f64], &[f64]), given: Given) -> Result<(), Error> {
         let Some(held) = tangent.least_free().filter(|_| !self.newton.evaluation.compliance().is_empty()) else {
             return Ok(());

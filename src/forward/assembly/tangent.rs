@@ -113,7 +113,7 @@ impl Tangent {
         self.bordered.solve(system, newton, left);
     }
 
-    /// Replaces the residual by the solution, a correction.
+    /// Solves for a correction, which replaces the residual.
     pub(super) fn correct(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
         let mut sums = Sums::new(system.n(), system.m());
         self.bordered.solve_close(system, newton, left, |newton, x, image| {
@@ -121,8 +121,8 @@ impl Tangent {
         });
     }
 
-    /// Replaces the residual by a correction that a motion can make. It cannot remove the rounding of dependent constraints: their multipliers would
-    /// grow with each correction, and derivatives of higher order would never converge.
+    /// Solves for a correction, without the rounding error of dependent constraints, which no motion can correct: their multipliers would grow with
+    /// each correction, and derivatives of higher order would never converge.
     pub(super) fn correct_in_range(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
         let mut within = left.clone();
         self.correct(system, newton, left);
