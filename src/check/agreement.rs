@@ -1,16 +1,16 @@
-//! Whether the oracles agree among each other at a point, and if not, why.
+//! Agreement of the references at a point, and the reason if they disagree.
 
 use super::oracle::Jacobian;
 use super::place::{NOISE, Place};
 
-/// Dual numbers and complex step are both exact up to rounding.
+/// Allowed relative difference between dual numbers and complex step, which are both exact up to rounding.
 const EXACT: f64 = 1e-9;
-/// Differences see this much, relative to the size of an entry; what they miss, the other two compare to all digits.
+/// Allowed error of the differences, relative to the size of an entry; the other two references are compared to all digits.
 const DIFFERENCED: f64 = 1e-7;
-/// The error estimate of the differences may itself be too small by this factor.
+/// Safety factor on the error estimate of the differences, which may be too small.
 const CAUTION: f64 = 30.0;
 
-/// How well the oracles agree at one point.
+/// Agreement of the references at one point.
 #[derive(Default)]
 pub(crate) struct Agreement {
     /// Largest difference between the complex step and the dual numbers, relative to the sizes of the entries.
@@ -21,15 +21,15 @@ pub(crate) struct Agreement {
     pub doubt: Option<String>,
 }
 
-/// An entry in which the oracles disagree at a point.
+/// An entry on which the references disagree at a point.
 pub(crate) struct Conflict {
     /// True if the one-sided derivatives differ: no derivative exists, so none of the references is wrong.
     pub is_kink: bool,
-    /// The sentence for a report.
+    /// Text for the report.
     pub text: String,
 }
 
-/// Compares the oracles at a place, with errors relative to the scales of the entries, whose rows and columns have these names.
+/// Compares the references at a place, with errors relative to the scales of the entries; `rows` and `columns` are names.
 pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64], [rows, columns]: [&[String]; 2]) -> Agreement {
     let mut found = Agreement::default();
     for at in (0..columns.len()).flat_map(|column| (0..rows.len()).map(move |row| (row, column))) {
@@ -48,7 +48,7 @@ pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64], [rows,
         } else if apart > EXACT * size + noise {
             why = Some(format!(
                 "dual numbers give {} = {dual:.9e}, complex step {complex:.9e}: the formula is not analytic \
-                 (a conjugate, an absolute value by hand, a branch on a derivative part)",
+                 (a conjugate, a hand-written absolute value, a branch on a derivative part)",
                 entry()
             ));
         } else if differences.is_finite() {
@@ -64,7 +64,7 @@ pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64], [rows,
                 }
             }
         }
-        // Where rounding of the arguments changes a derivative as much as it is large, and differences see another one, they may be beside a kink.
+        // If rounding of the arguments changes a derivative by about its size and differences give another value, a kink may be near.
         let is_other = (dual - differences).abs() > DIFFERENCED * size + CAUTION * place.differences_error[at];
         let may_be_kink = why.is_some() || (noise > 0.5 * size && is_other);
         if found.conflict.is_none() && may_be_kink {
@@ -77,7 +77,7 @@ pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64], [rows,
     found
 }
 
-/// Whether shorter differences contradict the others, too, or leave it open because of rounding; nothing if they do not.
+/// `Some(true)` if shorter differences contradict the other references too, `Some(false)` if rounding leaves the question open.
 fn contradiction(
     of: &Jacobian,
     place: &Place,
@@ -86,8 +86,8 @@ fn contradiction(
     allowed: impl Fn(f64) -> f64,
 ) -> Option<bool> {
     let (dual, apart) = (place.truth[(row, column)], (place.truth[(row, column)] - place.differences[(row, column)]).abs());
-    // Steps across something narrow say nothing; shorter ones must say the same, clearly. Short ones that rounding leaves
-    // half a digit still tell on whose side they are.
+    // Differences across a narrow feature are no evidence; shorter ones must clearly show the same contradiction. Short ones of which
+    // rounding leaves half a digit still show which value is nearer.
     let finer = |level: i32| {
         let (shorter, error) = of.differences(&place.x, column, magnitudes, level);
         ((dual - shorter[row]).abs(), error[row])
@@ -110,7 +110,7 @@ fn not_finite(dual: f64, complex: f64) -> Option<&'static str> {
     }
 }
 
-/// The derivatives on the left and on the right, if they do not approach each other as the step shrinks: at the point, or too near to see past it.
+/// The derivatives on the left and on the right, if their difference persists as the step shrinks: a kink at the point or very close.
 fn one_sided(of: &Jacobian, x: &[f64], (at, magnitudes): (usize, &[f64]), row: usize, size: f64) -> Option<(f64, f64)> {
     let value = |s: f64| {
         let mut x = x.to_vec();
@@ -129,23 +129,23 @@ fn one_sided(of: &Jacobian, x: &[f64], (at, magnitudes): (usize, &[f64]), row: u
 
 fn kink(row: &str, column: &str, (left, right): (f64, f64)) -> String {
     format!(
-        "{row} has a kink in {column}: its derivative is {left:.3e} on the left and {right:.3e} on the right, so there is none here; \
+        "{row} has a kink in {column}: its derivative is {left:.3e} on the left and {right:.3e} on the right, so no derivative exists here; \
          choose points away from it"
     )
 }
 
 fn lost(entry: &str, dual: f64, differences: f64) -> String {
     format!(
-        "the formula itself is wrong for derivatives: {entry} is {dual:.6e} by dual numbers and complex step, \
-         but its values change by {differences:.6e}; it continues somewhere with a bare real value (`re()`, a table, \
-         an iteration that stops early) and so loses a derivative"
+        "the formula loses a derivative: {entry} is {dual:.6e} by dual numbers and complex step, \
+         but {differences:.6e} by differences of its values; it uses a bare real value somewhere (`re()`, a table, \
+         an iteration that stops early)"
     )
 }
 
 fn unsure(entry: &str, dual: f64, differences: f64) -> String {
     format!(
-        "{entry} is {dual:.6e} by dual numbers and complex step, and {differences:.6e} by differences, of which rounding leaves \
-         nothing where their steps are short: something narrow beside the point, or a derivative that the formula loses; to see which, \
-         leave out of the formula what does not change"
+        "{entry} is {dual:.6e} by dual numbers and complex step, and {differences:.6e} by differences, which are lost in \
+         rounding when their steps are short: a narrow feature next to the point, or a derivative that the formula loses; to decide, \
+         remove constant terms from the formula"
     )
 }

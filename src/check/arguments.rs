@@ -1,4 +1,4 @@
-//! [`Arguments`]: what a block is evaluated at, by names that programs in other languages understand.
+//! [`Arguments`]: the arguments of a block, by names that programs in other languages understand.
 
 use serde_json::{Map, Value, json};
 

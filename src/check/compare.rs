@@ -1,4 +1,4 @@
-//! The one comparison that all checks share: a hand-derived block against the oracles, at every point.
+//! The comparison that all checks share: a hand-derived block against the references, at every point.
 
 use super::agreement::{Agreement, Conflict, agreement};
 use super::diagnosis::{self, Evidence};
@@ -9,20 +9,20 @@ use super::random::Random;
 use super::report::{BlockReport, Entry, Mistake, Verdict};
 use super::search::Features;
 
-/// Places beside the points: the most for each point, and for all columns together, if they need not be; but not fewer than the last.
+/// Maximum number of additional places for each point and, divided by the number of columns, for the block; and its lower bound.
 const BENDS: (usize, usize, usize) = (3, 400, 6);
-/// So many of the worst of them take part in the diagnosis.
+/// Number of the worst additional places that take part in the diagnosis.
 const DIAGNOSED_BENDS: usize = 4;
-/// So many of them are differenced even if nothing is wrong there: where derivatives get lost, it is often in a branch.
+/// Number of additional places that are differenced even if nothing is wrong there: derivatives are often lost in a branch.
 const DIFFERENCED_BENDS: usize = 2;
-/// What noise is drawn with.
+/// Seed of the random changes that measure rounding.
 pub(crate) const SEED: u64 = 0x5eed;
-/// Of functions with more arguments than these, a listed entry is given with the one that it is differentiated by.
+/// For functions with more arguments than this, a listed entry shows only the argument by which it is differentiated.
 const NAMED: usize = 48;
 /// The number of wrong entries that are listed.
 const LISTED: usize = 4;
 
-/// The points at which a block is compared, and after them those that show what these do not; and the features of the block's function.
+/// The points at which a block is compared, followed by additional ones for features that these do not show; and the features.
 pub(crate) fn places<'a>(block: &'a Block, setting: &'a Setting, random: &mut Random) -> (Vec<Place>, Features<'a>) {
     let mut places = Place::of_points(&block.truth, setting, random);
     let most = (BENDS.0 * places.len()).min(BENDS.1 / block.columns.len().max(1)).max(BENDS.2);
@@ -62,7 +62,7 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     report.bends = judged.len() - report.points;
     report.set_aside = places.len() - judged.len();
     if places[..drawn].iter().all(|place| place.differences.iter().all(|x| !x.is_finite())) {
-        report.notes.push("no differences could be formed near any point: two oracles instead of three".into());
+        report.notes.push("finite differences could not be computed near any point: two references instead of three".into());
     }
     if report.points == 0 || report.verdict == Verdict::OraclesDisagree {
         report.verdict = Verdict::OraclesDisagree;
@@ -74,7 +74,7 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     report
 }
 
-/// A block that is right wherever it was compared is so as far as these points show its function.
+/// Changes the verdict of a right block to undecided if the points do not show all features of its function.
 fn doubt((features, points): (&Features, &[&[f64]]), report: &mut BlockReport) {
     if report.verdict != Verdict::Right {
         return;
@@ -83,20 +83,20 @@ fn doubt((features, points): (&Features, &[&[f64]]), report: &mut BlockReport) {
     if !unseen.is_empty() {
         report.verdict = Verdict::Undecided;
         report.notes.push(format!(
-            "no point was found that shows {}, so that the block may be wrong there; give such a point with `.at(point)`, beside random ones with \
-             `.random_points(12, 1)`, or exclude what never happens with `.admissible(…)`",
+            "no point was found that shows {}, so the block may be wrong there; add such a point with `.at(point)`, together with random ones by \
+             `.random_points(12, 1)`, or exclude impossible points with `.admissible(…)`",
             unseen.join(", nor ")
         ));
     } else if features.is_blind() {
-        let note = "the formula compares values (`re()`), with one outcome at all points: if there is another one, give a point of it with `.at(point)`";
+        let note = "the formula compares values (`re()`) with the same outcome at all points; if another one is possible, add a point for it with `.at(point)`";
         report.notes.push(note.into());
     }
     if features.excludes {
-        report.notes.push("what only points that are not `admissible` show was not compared".into());
+        report.notes.push("branches and features that only inadmissible points show were not compared".into());
     }
 }
 
-/// Where the oracles disagree: a kink is set aside, anything else is a verdict.
+/// Records disagreements of the references: points at a kink are set aside, anything else determines the verdict.
 fn note_agreement(agreements: &[Agreement], chosen: usize, report: &mut BlockReport) {
     let largest = |of: fn(&Agreement) -> f64| agreements.iter().map(of).fold(0.0, f64::max);
     report.complex_step_error = largest(|a| a.complex_step);
@@ -104,18 +104,18 @@ fn note_agreement(agreements: &[Agreement], chosen: usize, report: &mut BlockRep
     let conflicts: Vec<&Conflict> = agreements.iter().filter_map(|a| a.conflict.as_ref()).collect();
     let serious = conflicts.iter().find(|conflict| !conflict.is_kink);
     report.notes.extend(serious.or(conflicts.first()).map(|conflict| conflict.text.clone()));
-    // Points that are found beside those that were chosen are no excuse for none of these.
+    // If all chosen points have a conflict, additional points do not make up for them.
     if serious.is_some() || agreements[..chosen].iter().all(|agreement| agreement.conflict.is_some()) {
         report.verdict = Verdict::OraclesDisagree;
     } else if !conflicts.is_empty() {
-        report.notes.push(format!("{} of {} points were set aside for it", conflicts.len(), agreements.len()));
+        report.notes.push(format!("{} of {} points were set aside because of this", conflicts.len(), agreements.len()));
     }
     if serious.is_none() {
         report.notes.extend(agreements.iter().find_map(|a| a.doubt.clone()));
     }
 }
 
-/// The same for the function that the block's function is made of, whose lost derivatives all oracles would lose together.
+/// Compares the references for the function from which the block's function is formed: a derivative lost there is lost in all of them.
 fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], report: &mut BlockReport) {
     let Some(of) = &block.foundation else { return };
     let mut places = Place::of_points(of, setting, &mut Random::new(setting.seed ^ 0xba5e));
@@ -153,14 +153,14 @@ fn judge(block: &Block, setting: &Setting, judged: Vec<&Place>, report: &mut Blo
     if report.verdict == Verdict::Wrong {
         let evidence = evidence.with_worst(report.points, DIAGNOSED_BENDS);
         report.diagnoses = diagnosis::diagnose(&evidence);
-        // A coincidence is possible.
+        // With a single point, an explanation may be a coincidence.
         if evidence.at.len() == 1 && report.diagnoses.iter().any(|found| found.mistake != Mistake::Unexplained) {
             report.notes.push("the diagnosis rests on a single point; more points make it certain".to_string());
         }
     }
 }
 
-/// A block that is zero at every point is right if it is zero with other arguments and constants, too, or the block by hand is that of these.
+/// Sets the verdict to undecided if a block is zero at every point but wrong with other arguments and constants.
 fn doubt_zero(Evidence { block, setting, at }: &Evidence, report: &mut BlockReport) {
     let mut random = Random::new(setting.seed ^ 0x2e20);
     let groups = setting.groups.iter().flat_map(|(_, range)| range.clone());
@@ -178,8 +178,8 @@ fn doubt_zero(Evidence { block, setting, at }: &Evidence, report: &mut BlockRepo
             let is_far = |error: &f64| error.is_nan() || error.abs() > 1e-6 * largest;
             if hand.shape() != truth.shape() || (hand - truth).iter().any(is_far) {
                 report.verdict = Verdict::Undecided;
-                let note = "zero at every point with these constants, and not with all others: choose constants with which it is not \
-                            (`.vary_constants(0.2)` varies those that are not 0), or give a point with `.at(point)`";
+                let note = "the block is zero at every point with these constants but not with others: choose constants with which it is not zero \
+                            (`.vary_constants(0.2)` varies those that are not 0), or add a point with `.at(point)`";
                 report.notes.push(note.into());
             }
             return;
@@ -187,7 +187,7 @@ fn doubt_zero(Evidence { block, setting, at }: &Evidence, report: &mut BlockRepo
     }
 }
 
-/// The arguments that an entry depends on at a place, with their names.
+/// The arguments on which an entry depends at a place, with their names.
 fn arguments(Evidence { block, setting, .. }: &Evidence, place: &Place, at: (usize, usize)) -> Vec<(String, f64)> {
     let names = &setting.arguments;
     let (own, count) = (block.truth.by.start + at.1, names.len() - 1);
@@ -204,7 +204,7 @@ fn arguments(Evidence { block, setting, .. }: &Evidence, place: &Place, at: (usi
     (0..count).filter(|&k| k == own || depends(k)).map(|k| (names[k].clone(), place.x[k])).collect()
 }
 
-/// An entry that is wrong, where its error is largest.
+/// A wrong entry at the place where its error is largest.
 struct WrongEntry {
     relative_error: f64,
     entry: Entry,
@@ -212,7 +212,7 @@ struct WrongEntry {
     at: (usize, usize),
 }
 
-/// Errors and the worst entries.
+/// Computes the errors of a block and collects the worst entries.
 fn measure(evidence: &Evidence, report: &mut BlockReport) {
     let (rows, columns) = (evidence.rows(), evidence.columns());
     // NaN counts as infinitely wrong.

@@ -40,7 +40,7 @@ impl Input {
             .collect()
     }
 
-    /// The name for reports; it is defined even for an input that the system does not have.
+    /// Name for reports; it is defined even for an input that the system does not have.
     pub fn name(&self, system: &System) -> String {
         let (n, k, designs) = (system.n(), system.k(), system.designs());
         match *self {
@@ -53,7 +53,7 @@ impl Input {
         }
     }
 
-    /// A name by numbers.
+    /// Name made of indices, for an input that the system does not have.
     fn plain_name(self) -> String {
         match self {
             Input::Control { channel, node } => format!("control {channel} at node {node}"),
@@ -64,7 +64,7 @@ impl Input {
         }
     }
 
-    /// Refuses an input that the motion does not have.
+    /// Returns an error for an input that the motion does not have.
     fn check(self, inputs: &Inputs) -> Result<(), Error> {
         let (channels, nodes) = inputs.controls.shape();
         let exists = match self {
@@ -90,7 +90,7 @@ impl Input {
         }
     }
 
-    /// The derivative with respect to this input in a gradient.
+    /// The derivative with respect to this input, read from a gradient.
     ///
     /// # Panics
     /// If the input is not one of [`Input::all`] for the inputs of the gradient.
@@ -166,7 +166,7 @@ pub fn central_differences(
     let one = |&input: &Input| {
         input.check(inputs)?;
         let x = *input.of(&mut inputs.clone());
-        // A step that is exact in binary, so that x + s and x − s are s apart from x.
+        // The step rounded such that x + s is exact.
         let s = (x + step * x.abs().max(1.0)) - x;
         Ok((cost(input, s)? - cost(input, -s)?) / (2.0 * s))
     };

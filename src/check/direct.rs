@@ -1,13 +1,13 @@
 //! Direct differentiation: the tangent system of the whole motion, in one direction of the inputs.
 //!
-//! With δ for d/ds along the direction, every step solves the same linear system as Newton,
+//! With δ = d/ds along the direction, every step solves the linear system of Newton's method,
 //!
 //! ```text
-//!   K δ(v, σ)_i = −(derivative of the step's residual with q₋, v₋, p*₋, ṗ*₋, u, b, h moved and (v, σ)_i held)
+//!   K δ(v, σ)_i = −(derivative of the step's residual with q₋, v₋, p*₋, ṗ*₋, u, b, h varied and (v, σ)_i fixed)
 //! ```
 //!
-//! once (and once more to confirm it), with the derivatives of the plain element formulas by dual numbers. One sweep gives
-//! dJ/ds and dy/ds at all nodes: for a few design variables and many outputs it is the better half of the two methods.
+//! once (and once more to confirm it), with the derivatives of the plain element formulas by dual numbers. One sweep computes
+//! dJ/ds and dy/ds at all nodes: for few design variables and many outputs it is cheaper than the adjoint method.
 
 use nalgebra::DVector;
 use num_dual::Dual64;
@@ -61,7 +61,7 @@ pub fn direct_differentiation(
     Ok(Sensitivity { cost: solver.cost()?.eps, outputs: solver.outputs()?.map(|r| r.eps), motion })
 }
 
-/// The inputs on other numbers, each made of its value and its change.
+/// Converts the inputs to another number type; each number is made from its value and its change along the direction.
 pub(super) fn moved<R: Real>(inputs: &Inputs, direction: &Inputs, make: impl Fn(f64, f64) -> R) -> Result<Inputs<R>, Error> {
     inputs.check_direction(direction, 0)?;
     Ok(inputs.along(direction, make))

@@ -1,13 +1,13 @@
-//! Random points over decades of magnitude, and what a check refuses to begin with.
+//! Random points over decades of magnitude, and validation of a check's settings.
 
 use super::random::Random;
 use crate::Error;
 
-/// Random points that are drawn unless others are asked for.
+/// Number of random points by default, if no points are given.
 const USUAL: usize = 12;
-/// Tries for one point at which the formula is defined.
+/// Maximum number of attempts to draw one point at which the formula is defined.
 const MOST_DRAWS: usize = 200;
-/// Every second point is the one before with about half of its arguments smaller, by up to so many decades.
+/// Every second point is the one before with about half of its arguments smaller, by up to this many decades.
 const DECADES: f64 = 6.0;
 
 /// Points where blocks are compared.
@@ -20,11 +20,11 @@ pub(crate) struct Drawn {
     pub notes: Vec<String>,
 }
 
-/// The points that are given, and `count` ones, or 12 if there are no others: by turns a `fresh` one and one with small arguments. Of two fresh ones the second has the opposite
-/// signs; the first of the next two has about half of them: or products of two arguments would have one sign everywhere.
+/// The given points and `count` random ones (by default 12 if no points are given). Fresh points alternate with copies whose arguments
+/// are partly reduced. A fresh point flips all or half of the signs of the one before: otherwise a product might keep its sign.
 ///
 /// # Errors
-/// Refuses to compare nothing because every point was left out.
+/// Every drawn point was rejected.
 pub(crate) fn draw(
     given: Vec<Vec<f64>>,
     (count, seed): (Option<usize>, u64),
@@ -36,7 +36,7 @@ pub(crate) fn draw(
     let (mut drawn, mut left_out, random) = (Drawn::of(given), 0, &mut Random::new(seed));
     for k in 0..count {
         for attempt in 0..MOST_DRAWS {
-            // Where signs or small arguments are outside of the domain, other points must do.
+            // Odd attempts draw an independent point, because flipped signs or small arguments may be outside the domain.
             let last = (attempt % 2 == 0).then(|| drawn.points.len().checked_sub(1 + (k + 1) % 2)).flatten();
             let (x, parent) = match last {
                 Some(last) if k % 2 == 1 => (smaller(&drawn.points[last], signed, random), Some(last)),
@@ -75,7 +75,7 @@ fn smaller(point: &[f64], signed: &[usize], random: &mut Random) -> Vec<f64> {
     x
 }
 
-/// A random half of them.
+/// A random half of a list.
 fn half(of: &[usize], random: &mut Random) -> Vec<usize> {
     let mut all = of.to_vec();
     (1..all.len()).rev().for_each(|k| all.swap(k, random.below(k + 1)));
@@ -83,7 +83,7 @@ fn half(of: &[usize], random: &mut Random) -> Vec<usize> {
     all
 }
 
-/// The numbers of x with the signs of a point, but for some that are turned.
+/// x with the signs of a point, some of which are flipped.
 fn with_signs(mut x: Vec<f64>, point: &[f64], (signed, turned): (&[usize], &[usize])) -> Vec<f64> {
     signed.iter().for_each(|&k| x[k] = x[k].abs().copysign(point[k]));
     turned.iter().for_each(|&k| x[k] = -x[k]);
@@ -91,18 +91,18 @@ fn with_signs(mut x: Vec<f64>, point: &[f64], (signed, turned): (&[usize], &[usi
 }
 
 impl Drawn {
-    /// These points, none of which was made from another.
+    /// The given points, none of which was made from another.
     pub(crate) fn of(points: Vec<Vec<f64>>) -> Self {
         Drawn { parents: vec![None; points.len()], points, ..Drawn::default() }
     }
 }
 
-/// A relative tolerance that can tell right from wrong.
+/// Returns an error for a tolerance that is not in [0, 1).
 pub(crate) fn check_tolerance(tolerance: f64) -> Result<(), Error> {
     check_number("the tolerance of the check", tolerance, (0.0..1.0).contains(&tolerance), "at least 0 and less than 1")
 }
 
-/// Sizes of arguments.
+/// Returns an error for a magnitude that is not finite.
 pub(crate) fn check_magnitudes(names: &[String], magnitudes: &[f64]) -> Result<(), Error> {
     let one =
         |(name, &size): (&String, &f64)| check_number(&format!("the magnitude of {name}"), size, size.is_finite(), "finite");

@@ -1,44 +1,44 @@
-//! Features of a recorded formula: branches, saturating functions and narrow sums; and what a point shows of them.
+//! Branches, saturating functions and narrow sums of a recorded formula, and which of these features a point shows.
 //!
 //! The formula is compared with variants of itself, in each of which one node of its graph is replaced by something simpler:
 //!
-//! | node | replaced by | which matters where |
+//! | node | replaced by | differs where |
 //! |---|---|---|
 //! | max(x, y), min(x, y) | x; y | x − y has the other sign |
 //! | \|x\| | x; −x | x has the other sign |
 //! | tanh x, atan x | ±1 | x is about ±1 |
 //! | exp x | 0 | x is not far below 0 |
 //! | sin x, cos x, powers, … | x, 1 or 0 | x is about 1 |
-//! | x + y in 1/(x + y), √(x + y), … | x; y | x and y are about as large |
+//! | x + y in 1/(x + y), √(x + y), … | x; y | x and y are of similar size |
 //!
-//! A point shows a variant if its gradient there is not that of the formula: a hand-derived block that lacks this piece of the formula is found there.
+//! A point shows a variant if the gradients of variant and formula differ there: a hand-derived block without this piece is wrong there.
 
 use std::ops::Range;
 
 use crate::program::{Expression, Function, Graph, Node, Template};
 
-/// Gradients differ visibly by more than this, relative to the entry in which they do most.
+/// Smallest visible difference of gradients, relative to the entry in which they differ most.
 pub(super) const VISIBLE: f64 = 1e-9;
-/// What is less than this part of its row is faint.
+/// Differences below this fraction of their row have less weight.
 const FAINT: f64 = 1e-9;
-/// tanh x is neither x nor ±1 for these |x|.
+/// Range of |x| in which tanh x is close neither to x nor to ±1.
 const CORE: [f64; 2] = [0.1, 2.0];
-/// exp x is nothing below.
+/// exp x is negligible for smaller x.
 const NOTHING: f64 = -30.0;
-/// Terms are about as large within this factor.
+/// Terms are of similar size if their ratio is below this factor.
 const ALIKE: f64 = 30.0;
-/// Deeper than this an expression is not written out.
+/// Depth below which an expression is abbreviated.
 const DEPTH: usize = 5;
-/// Numbers below this are no side of a switch.
+/// Values of smaller magnitude lie on neither side of a switch.
 const SIDE: f64 = f64::MIN_POSITIVE;
 const INFINITE: f64 = f64::INFINITY;
 
-/// What must be shown at some point for a block to be called right.
+/// Variants that some point must show before a block is called right.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Need {
-    /// This variant.
+    /// The variant itself.
     Variant,
-    /// Any one of those of the same node.
+    /// At least one variant of the same node.
     OfNode,
     Nothing,
 }
@@ -48,18 +48,18 @@ pub(super) enum Need {
 pub(super) struct Variant {
     pub node: Node,
     other: Expression,
-    /// The node whose value decides where the variant matters; `window` is the interval of its values in which it does, and `goals` are the
-    /// values to solve for.
+    /// The node whose value decides where the variant differs from the formula; `window` is the interval of these values, and `goals` are
+    /// the values to solve for.
     pub of: Node,
     pub window: [f64; 2],
     pub goals: Vec<f64>,
     pub need: Need,
-    /// The terms of a sum, which must be about as large.
+    /// The terms of a sum, which must be of similar size.
     terms: Option<[Node; 2]>,
-    /// The results that depend on the node, and what these and `of` are made of.
+    /// The results that depend on the node, and all nodes needed to compute these and `of`.
     results: Vec<Node>,
     order: Vec<Node>,
-    /// The inputs by which gradients are compared: those that the block is differentiated by, if the node depends on any, or all.
+    /// The inputs by which gradients are compared: those of the block on which the node depends, or all if it depends on none of them.
     columns: Vec<(usize, Node)>,
 }
 
@@ -68,15 +68,15 @@ pub(super) struct Form {
     pub graph: Graph,
     template: (Template, Vec<f64>),
     pub variants: Vec<Variant>,
-    /// Nodes whose values the formula reads, and the differences of successive nodes that it reads.
+    /// Nodes whose values the formula compares, and the differences of successive ones.
     pub looks: Vec<Node>,
     /// The inputs on which the formula depends: their indices and their nodes.
     pub inputs: Vec<(usize, Node)>,
 }
 
 impl Form {
-    /// Creates the form from a graph and its results, for a block differentiated with respect to the inputs `by`; the inputs `free` may be
-    /// moved.
+    /// Creates the form from a graph and its results, for a block differentiated with respect to the inputs `by`. The inputs `free` may
+    /// be moved.
     pub fn new((mut graph, results): (Graph, Vec<Node>), by: &Range<usize>, free: &[usize]) -> Self {
         let template = Template::new(&graph, &results, 0);
         let nodes: Vec<Node> = graph.reachable(results.iter().chain(graph.looked_at()).copied());
@@ -118,7 +118,7 @@ impl Form {
         looks(&self.graph) == looks(graph) && self.template == Template::new(graph, results, 0)
     }
 
-    /// Description of what a variant of the formula omits, in words.
+    /// Description of the piece of the formula that a variant omits.
     pub fn name(&self, variant: &Variant, arguments: &[String]) -> String {
         let words = |node: Node| words(&self.graph, node, arguments, DEPTH);
         let of = words(variant.of);
@@ -135,8 +135,8 @@ impl Form {
     }
 
     /// The difference between the gradients of a variant and of the formula at a point, relative to both, in the entry with the largest
-    /// difference. The result is smaller if this difference is small relative to the rest of its row, scaled by the sizes of the arguments;
-    /// almost 0 if the node has an effect but the difference is lost in rounding; and 0 if the point gives no information about the
+    /// difference. It is reduced if this difference is small relative to the rest of its row, scaled by the sizes of the arguments. It is
+    /// almost 0 if the node has an effect but the difference is lost in rounding, and 0 if the point gives no information about the
     /// variant.
     pub fn shows(&self, variant: &Variant, x: &[f64], sizes: &[f64]) -> f64 {
         let Variant { node, other, results, order, .. } = variant;
@@ -178,13 +178,13 @@ impl Variant {
     }
 }
 
-/// Whether two terms are about as large.
+/// True if two terms are of similar size.
 fn are_alike(values: &[f64], [x, y]: [Node; 2]) -> bool {
     let ratio = (values[x.index()] / values[y.index()]).abs();
     (1.0 / ALIKE..ALIKE).contains(&ratio)
 }
 
-/// An expression as one writes it, with the names of its inputs; shortened.
+/// An expression in mathematical notation, with the names of its inputs; abbreviated below `depth`.
 fn words(graph: &Graph, node: Node, names: &[String], depth: usize) -> String {
     use Expression::*;
     let expression = graph.expression(node);
@@ -217,7 +217,7 @@ fn dependents(graph: &Graph, node: Node, results: &[Node]) -> Vec<Node> {
     results.iter().copied().filter(|y| depends[y.index()]).collect()
 }
 
-/// Of every node, whether it is part of what a root is drawn of, something is divided by, …: where a sum makes a narrow feature.
+/// For every node, true if it is part of the argument of a root, of a denominator, …, where a sum makes a narrow feature.
 fn inside(graph: &Graph, order: &[Node]) -> Vec<bool> {
     use Expression::*;
     let mut inside = vec![false; graph.len()];

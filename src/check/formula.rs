@@ -1,4 +1,4 @@
-//! Functions whose Jacobians are wanted: [`Function`] for the user's, and what mechanics makes of an element's.
+//! Functions whose Jacobians are checked: [`Function`] for the user's, and those formed from the functions of an element.
 
 use num_dual::{Dual, Dual64, DualNum};
 use std::rc::Rc;
@@ -8,20 +8,20 @@ use crate::number::Real;
 use crate::program::{Graph, Node, Symbol, record_branch};
 use crate::{Cx, Scalar};
 
-/// A vector function y = f(x), written once for all numbers.
+/// A vector function y = f(x), generic over the number type.
 pub trait Function {
     /// f(x).
     fn value<S: Scalar>(&self, x: &[S]) -> Vec<S>;
 }
 
-/// A vector function on the numbers of the oracles; it may contain derivatives itself.
+/// A vector function on the number types of the references; it may contain derivatives itself.
 pub(crate) trait Formula {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R>;
 
-    /// What it is made of by arithmetic and differentiation, recorded.
+    /// Symbols of the function from which this one is formed by arithmetic and differentiation.
     fn symbols(&self, x: &[Symbol]) -> Vec<Symbol>;
 
-    /// s f(x), with s = 1 behind all arguments of f: its derivatives are those of f, and f itself by s.
+    /// s f(x), where s = 1 is the last argument: the derivatives by x are those of f, and the derivative by s is f itself.
     fn times_last<R: Real>(&self, x: &[R]) -> Vec<R> {
         let Some((&s, x)) = x.split_last() else { return Vec::new() };
         self.value(x).into_iter().map(|y| y * s).collect()
@@ -33,7 +33,7 @@ pub(crate) trait Formula {
     }
 }
 
-/// A formula times the last argument, with its number types hidden: values, and derivatives along a direction by two of the oracles.
+/// A formula times its last argument, independent of the number type: values, and derivatives along a direction by two references.
 pub(crate) trait Differentiable {
     fn real(&self, x: &[f64]) -> Vec<f64>;
     /// The values, and their derivatives along a direction by dual numbers.
@@ -41,7 +41,7 @@ pub(crate) trait Differentiable {
     fn by_complex_step(&self, x: &[f64], direction: &[f64]) -> Vec<f64>;
     /// Graph of the formula without its last argument, and the nodes of its results. `None` if it cannot be recorded.
     fn derived_graph(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)>;
-    /// The graph of what it is made of, as recorded at a point, with those arguments as inputs that are not fixed, and its results. None if it panics.
+    /// Graph and results of the function from which it is formed, recorded at a point; fixed arguments are constants. `None` if it panics.
     fn recorded(&self, x: &[f64], is_fixed: &[bool]) -> Option<(Graph, Vec<Node>)>;
 }
 
@@ -56,7 +56,7 @@ impl<F: Formula> Differentiable for F {
     }
 
     fn by_complex_step(&self, x: &[f64], direction: &[f64]) -> Vec<f64> {
-        // Far below rounding, far above underflow, even relative to coordinates of size 1e±6.
+        // Far below rounding, and far above underflow even for coordinates of size 1e±6.
         const STEP: f64 = 1e-40;
         let x: Vec<Cx> = x.iter().zip(direction).map(|(&x, &d)| Cx::new(x, d * STEP)).collect();
         self.times_last(&x).iter().map(|y| y.0.im / STEP).collect()
@@ -85,12 +85,12 @@ fn record(function: &impl Function, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
     Some(graph.without_signs(&results))
 }
 
-/// What is made of a function f before its Jacobian is taken.
+/// The quantity formed from a function f before it is differentiated.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Derived {
     /// The arguments that contribute to the rate: q contributes f_q v, and t contributes f_t; if the list is empty, f itself is used.
     pub rate: &'static [Part],
-    /// The argument x if the gradient (σᵀ y)_x is taken, with y = f or the rate of f; y is a scalar if there are no equations.
+    /// The argument x if the quantity is the gradient (σᵀ y)_x, with y = f or the rate of f; y is a scalar if there are no equations.
     pub gradient: Option<Part>,
 }
 
@@ -108,7 +108,7 @@ impl<F: Function> Formula for &F {
     }
 }
 
-/// A function of an element's arguments, and what is made of it.
+/// A function of an element's arguments, and the quantity formed from it.
 pub(crate) struct Made<F> {
     pub function: Rc<F>,
     pub places: Places,
@@ -171,7 +171,7 @@ impl<F: Function> Made<F> {
         self.function.value(&lifted).iter().map(|y| y.eps).collect()
     }
 
-    /// σᵀ y, or y itself where there are no equations.
+    /// σᵀ y, or y itself if there are no equations.
     fn times_sigma<R: Real>(&self, mut y: impl Iterator<Item = R>, x: &[R]) -> R {
         match self.places.m {
             0 => y.next().unwrap_or(R::zero()),

@@ -1,4 +1,4 @@
-//! The hand-derived Jacobian of any vector function, outside mechanics too.
+//! Checks of hand-derived Jacobians of any vector function, also outside mechanics.
 
 use std::ops::Range;
 
@@ -22,7 +22,7 @@ pub struct FunctionCheck<'a, F> {
     outputs: Vec<String>,
     magnitudes: Vec<f64>,
     given: Vec<Vec<f64>>,
-    /// The number of random points, if it was asked for.
+    /// Number of random points, if it was set.
     count: Option<usize>,
     seed: u64,
     blocks: Vec<Block<'a>>,
@@ -65,13 +65,13 @@ pub fn function<'a, F: Function, const I: usize, const O: usize>(
 }
 
 impl<'a, F: Function> FunctionCheck<'a, F> {
-    /// The Jacobian, one row for each output.
+    /// Adds the hand-derived Jacobian, with one row for each output.
     pub fn jacobian<A: Matrix>(self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
         let count = self.inputs.len();
         self.block("f_x", 0..count, hand)
     }
 
-    /// The function's values, one for each output.
+    /// Adds hand-written values of the function, one for each output.
     pub fn value<A: Matrix>(self, hand: impl Fn(&[f64]) -> A + 'a) -> Self {
         let count = self.inputs.len();
         self.block("f", count..count + 1, hand)

@@ -1,4 +1,4 @@
-//! What a hand-derived block may be written as.
+//! Types in which a hand-derived block may be given.
 
 use nalgebra::{DMatrix, Dim, RawStorage};
 
@@ -38,7 +38,7 @@ impl Matrix for f64 {
     }
 }
 
-/// A gradient written as a column is as good as a row.
+/// The matrix, transposed if a row is expected and a column was given or vice versa.
 pub(crate) fn fitting(matrix: DMatrix<f64>, rows: usize, columns: usize) -> DMatrix<f64> {
     let turned = matrix.shape() == (columns, rows) && (rows == 1 || columns == 1);
     if turned { matrix.transpose() } else { matrix }

@@ -1,6 +1,6 @@
 //! Verification of derivatives: hand-derived blocks and gradients against independent references.
 //!
-//! | what was derived by hand | check |
+//! | hand-derived quantity | check |
 //! |---|---|
 //! | Φ_q, (Φ_q v)_q, (Φ_qᵀσ)_q, … of a constraint | [`constraint`] |
 //! | M, T_q, (M v)_q, … | [`kinetic_energy`] |
@@ -9,15 +9,15 @@
 //! | h_q, h_u, S_q, … | [`cost`] |
 //! | a block of ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10), or f_i itself | [`step`](step()) |
 //! | the Jacobian or the values of any other function | [`function`](function()) |
-//! | a gradient dJ/du, dJ/db, …; or the library's, to trust it | [`gradient`](gradient()) |
-//! | a product of the Hessian with a direction; or the library's | [`hessian`](hessian()) |
+//! | a gradient dJ/du, dJ/db, …; or that of the library | [`gradient`](gradient()) |
+//! | a product of the Hessian with a direction; or that of the library | [`hessian`](hessian()) |
 //!
 //! With the feature `files`, derivatives may come from a program in another language, line by line (`Pipe`) or in a file (`Answers`).
 //!
-//! Each compares at random points over decades of magnitude, and at points that show every branch and narrow feature of the formula, with dual numbers, complex step and central differences with Ridders' extrapolation, and
-//! returns a report: `println!("{report}")` for people, its fields for machines, `report.assert_passed()` for tests.
-//! Errors are relative to the sizes of their row and column at the point, so units do not matter. Which check sees what, and what none of
-//! them can see, is described in `docs/checking-derivatives.md`.
+//! Each check compares at random points over decades of magnitude, and at points that show every branch and narrow feature of the
+//! formula. The references are dual numbers, complex step and central differences with Ridders' extrapolation. The result is a report:
+//! `println!("{report}")` for people, its fields for machines, `report.assert_passed()` for tests. Errors are relative to the sizes of their
+//! row and column at the point, so units do not matter. `docs/checking-derivatives.md` describes which mistakes each check can find.
 
 mod agreement;
 #[cfg(feature = "files")]

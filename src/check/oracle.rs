@@ -1,4 +1,4 @@
-//! The true Jacobian, three ways: dual numbers, complex step, and differences with an error estimate.
+//! The reference Jacobian, computed in three ways: dual numbers, complex step, and differences with an error estimate.
 
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -10,16 +10,16 @@ use super::ridders::ridders;
 /// Blocks with more columns than this are checked by differences in this many columns only.
 const MOST_DIFFERENCED: usize = 24;
 
-/// Derivatives below this may be lost as a complex step's, which is as small again.
+/// Smaller derivatives may be lost to underflow in a complex step.
 const UNDERFLOW: f64 = 1e-200;
 
-/// How often the arguments are changed by rounding.
+/// Number of random changes of the arguments by rounding.
 const TRIALS: usize = 3;
 
-/// The steps of the differences go from h to h/2¹²; again so far where they straddled something narrow.
+/// The steps of the differences are halved from h to h/2¹²; finer ones continue from there if these straddled a narrow feature.
 const HALVINGS: usize = 12;
 
-/// ∂f/∂x over some of the arguments, behind all of which stands a 1: by that, it is f itself.
+/// ∂f/∂x with respect to some of the arguments. The last argument is a factor 1, and the derivative with respect to it is f itself.
 pub(crate) struct Jacobian<'a> {
     pub function: Box<dyn Differentiable + 'a>,
     pub by: Range<usize>,
@@ -30,7 +30,7 @@ impl<'a> Jacobian<'a> {
         Jacobian { function: Box::new(function), by }
     }
 
-    /// By dual numbers.
+    /// The Jacobian by dual numbers.
     pub(crate) fn dual(&self, x: &[f64]) -> DMatrix<f64> {
         self.by_columns(x, |direction| self.function.by_dual(x, direction).1)
     }
@@ -52,14 +52,14 @@ impl<'a> Jacobian<'a> {
         DMatrix::from_fn(rows, columns.len(), |i, j| columns[j][i])
     }
 
-    /// A column by differences, and its estimated errors; the first step is `finer` times 2¹² times shorter than usual.
+    /// A column by differences, and its estimated errors; the first step is 2¹² times shorter than usual for each level of `finer`.
     pub(crate) fn differences(&self, x: &[f64], column: usize, magnitudes: &[f64], finer: i32) -> (Vec<f64>, Vec<f64>) {
         let k = self.by.start + column;
         let step = 0.05 * magnitudes[k].max(x[k].abs()) * 0.5f64.powi(finer * HALVINGS as i32);
         let along = |s: f64| {
             let mut x = x.to_vec();
             x[k] += s;
-            // The step as it is in binary.
+            // The argument as rounded.
             (x[k], self.function.real(&x))
         };
         ridders(along, (step, HALVINGS), 0.0, self.function.real(x).len())
@@ -67,7 +67,7 @@ impl<'a> Jacobian<'a> {
 
     /// The change of the Jacobian when every argument changes by a few units in its last place.
     ///
-    /// It measures the cancellation inside the formula: no hand-derived one can be expected to be better.
+    /// It measures the cancellation inside the formula; a hand-derived formula cannot be expected to round less.
     pub(crate) fn noise(&self, x: &[f64], value: &DMatrix<f64>, random: &mut Random) -> DMatrix<f64> {
         let mut noise = value.map(|x| (f64::EPSILON * x.abs()).max(UNDERFLOW));
         let changes = changes(x.len(), random);
@@ -80,7 +80,7 @@ impl<'a> Jacobian<'a> {
     }
 }
 
-/// The columns of so many that are checked by differences.
+/// Indices of the columns that are checked by differences.
 pub(crate) fn differenced(columns: usize, random: &mut Random) -> Vec<usize> {
     if columns <= MOST_DIFFERENCED {
         return (0..columns).collect();
@@ -91,9 +91,9 @@ pub(crate) fn differenced(columns: usize, random: &mut Random) -> Vec<usize> {
     picked
 }
 
-/// By how many units in the last place every argument changes: −2 … 2 in each of three trials.
+/// Changes of every argument in units in the last place: −2 … 2 in each of three trials.
 ///
-/// No two arguments change alike in all of them (of more than 124, few), or their changes would cancel in their difference, as in γ (q_i − q_{i−1}).
+/// No two arguments change alike in all trials (few do if there are more than 124), because equal changes cancel in γ (q_i − q_{i−1}).
 fn changes(count: usize, random: &mut Random) -> Vec<[f64; TRIALS]> {
     let unit = |code: usize| (code % 5) as f64 - 2.0;
     let mut all: Vec<[f64; TRIALS]> = (0..125).map(|code| [code, code / 5, code / 25].map(unit)).collect();
@@ -108,7 +108,7 @@ mod tests {
     use super::*;
     use crate::Scalar;
 
-    /// (γ (q_i − q_{i−1}))², as the velocity of every step.
+    /// (γ (q_i − q_{i−1}))², the square of the velocity in a step.
     struct Velocity;
 
     impl Function for Velocity {

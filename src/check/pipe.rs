@@ -15,12 +15,12 @@ use super::arguments::Arguments;
 use super::worksheet;
 use crate::Error;
 
-/// A program that is about to end is waited for so often, and so long each time.
+/// Number and length of the waits for a program that is about to end.
 const MOST_WAITS: usize = 200;
 const WAIT: Duration = Duration::from_millis(10);
-/// An answer may have so many bytes for each pair of two numbers of the question, which a square matrix has an entry for, …
+/// Allowed bytes of an answer for each pair of numbers in the request (a square matrix has one entry for each pair), …
 const OF_ENTRY: usize = 64;
-/// … and always so many: a matrix may have more rows than its function has arguments.
+/// … and allowed bytes in any case: a matrix may have more rows than its function has arguments.
 const LEAST_BYTES: usize = 10_000_000;
 
 /// A program in any language that computes matrices on request, by reading and writing lines.
@@ -48,11 +48,11 @@ struct Talk {
     program: Child,
     questions: Option<ChildStdin>,
     answers: Receiver<Result<String, String>>,
-    /// The most bytes that the answer may have.
+    /// Maximum number of bytes of the answer.
     most: Arc<AtomicUsize>,
     patience: Duration,
     asked: usize,
-    /// The first thing that went wrong; nothing is asked any more.
+    /// The first problem; no request is sent after it.
     problem: Option<String>,
 }
 
@@ -60,12 +60,12 @@ impl Pipe {
     /// Starts the program. It must answer within ten seconds.
     ///
     /// # Errors
-    /// A program that cannot be started.
+    /// The program cannot be started.
     pub fn new(command: &mut Command) -> Result<Self, Error> {
         let started = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
         let mut program = started.map_err(|error| wrong(format!("{command:?} does not start: {error}")))?;
         let most = Arc::new(AtomicUsize::new(LEAST_BYTES));
-        // What was not asked for waits in the program.
+        // Lines that were not requested stay in the program.
         let (tell, answers) = sync_channel(1);
         let mut output = BufReader::new(program.stdout.take().ok_or_else(|| wrong("it has no output".into()))?);
         let bound = Arc::clone(&most);
@@ -119,7 +119,7 @@ impl Talk {
         self.most.store(most_bytes(question), Ordering::Relaxed);
         let input = self.questions.as_mut().ok_or("it has no input")?;
         let sent = writeln!(input, "{question}").and_then(|()| input.flush());
-        sent.map_err(|error| format!("it does not listen any more: {error}"))?;
+        sent.map_err(|error| format!("it no longer reads its input: {error}"))?;
         let line = self.answers.recv_timeout(self.patience).map_err(|error| match error {
             RecvTimeoutError::Timeout => {
                 format!("no answer within {} s; does it flush its output?", self.patience.as_secs())
@@ -132,7 +132,7 @@ impl Talk {
         matrix(&line)
     }
 
-    /// How it ended, if it does soon.
+    /// Exit status of the program, if it ends soon.
     fn status(&mut self) -> Option<ExitStatus> {
         for _ in 0..MOST_WAITS {
             if let Ok(Some(status)) = self.program.try_wait() {
@@ -146,7 +146,7 @@ impl Talk {
 
 impl Drop for Talk {
     fn drop(&mut self) {
-        // At the end of its input a program ends by itself, or is ended.
+        // A program should end at the end of its input; otherwise it is killed.
         self.questions = None;
         if self.status().is_none() {
             self.program.kill().ok();
@@ -155,29 +155,29 @@ impl Drop for Talk {
     }
 }
 
-/// A line that no question was asked for: all answers from there on, or some before, would be those of other questions.
+/// Problem text for a line without a request: the answers after it, and possibly some before, belong to other requests.
 fn unasked(line: &str) -> String {
-    format!("it wrote a line more than it was asked for, `{}`; it must answer each question with one line", shown(line))
+    format!("it wrote one line too many, `{}`; it must answer each question with one line", shown(line))
 }
 
 fn shown(line: &str) -> String {
     line.chars().take(60).collect()
 }
 
-/// The most bytes that the answer to a question may have.
+/// Maximum number of bytes of the answer to a request.
 fn most_bytes(question: &Value) -> usize {
     let lists = question.as_object().into_iter().flat_map(|lists| lists.values());
     let numbers: usize = lists.map(|list| list.as_array().map_or(1, Vec::len)).sum();
     LEAST_BYTES.max(OF_ENTRY.saturating_mul(numbers).saturating_mul(numbers))
 }
 
-/// The next line; none at the end of the output.
+/// The next line; `None` at the end of the output.
 fn read_line(output: &mut impl BufRead, most: &AtomicUsize) -> Result<Option<String>, String> {
     let mut line = Vec::new();
     let mut read = |line: &mut Vec<u8>, most: usize| {
         output.by_ref().take(most as u64).read_until(b'\n', line).map_err(|error| error.to_string())
     };
-    // What was asked for is known once the answer begins.
+    // The limit for this request is set by the time its answer begins.
     if read(&mut line, 1)? == 0 {
         return Ok(None);
     }
@@ -187,16 +187,16 @@ fn read_line(output: &mut impl BufRead, most: &AtomicUsize) -> Result<Option<Str
     }
     line.pop_if(|last| *last == b'\n');
     if line.len() > most {
-        return Err(format!("its line has more than {most} bytes, which no matrix that was asked for has"));
+        return Err(format!("its line has more than {most} bytes, more than any requested matrix needs"));
     }
     String::from_utf8(line).map(Some).map_err(|error| error.to_string())
 }
 
-/// A matrix in a line.
+/// Parses a line as a matrix.
 fn matrix(line: &str) -> Result<DMatrix<f64>, String> {
-    let value: Value = serde_json::from_str(line).map_err(|error| format!("`{}` is no JSON: {error}", shown(line)))?;
+    let value: Value = serde_json::from_str(line).map_err(|error| format!("`{}` is not JSON: {error}", shown(line)))?;
     match value.get("error") {
-        Some(text) => Err(format!("it says {text}")),
+        Some(text) => Err(format!("it reports {text}")),
         None => worksheet::matrix(&value).map_err(|problem| format!("`{}` {problem}", shown(line))),
     }
 }

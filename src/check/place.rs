@@ -1,4 +1,4 @@
-//! A point where a block is compared: the true value there, and what the errors of an entry are relative to.
+//! A point where a block is compared, with the true value and the scales of its errors.
 
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -8,11 +8,11 @@ use super::plan::Setting;
 use super::random::Random;
 use super::scale::sizes;
 
-/// An entry may be off by this many times the noise of the true value.
+/// Allowed error of an entry in multiples of the noise of the true value.
 pub(crate) const NOISE: f64 = 64.0;
-/// An entry may be off by this part of what changes its row most, in sizes of the arguments: a slope of 1e-36 may be 0 by hand.
+/// Allowed error as a fraction of the largest change in the row, in sizes of the arguments: a slope of 1e-36 may be 0 by hand.
 const LOST: f64 = 1e-20;
-/// Values that differ by no more than this factor are about as large: sums of like terms may cancel in one place.
+/// Values within this factor count as similar in size, because sums of like terms may cancel at one place.
 const ALIKE: f64 = 16.0;
 
 /// A point and the true block there.
@@ -20,30 +20,30 @@ pub(crate) struct Place {
     /// Index of the place, counted from 0; the points come first, then the places at which the formula has a branch or a narrow feature.
     pub number: usize,
     pub x: Vec<f64>,
-    /// The place that this one is with some arguments made small, or was found from.
+    /// The place from which this one was derived, by reducing some arguments or by a search.
     parent: Option<usize>,
-    /// The user's values, after they have been requested.
+    /// The user's values; empty until they are computed.
     pub hand: DMatrix<f64>,
-    /// By dual numbers.
+    /// The true values, by dual numbers.
     pub truth: DMatrix<f64>,
     pub complex_step: DMatrix<f64>,
     /// Derivatives by finite differences; NaN in columns that were not differenced.
     pub differences: DMatrix<f64>,
     /// Estimated error of the finite differences.
     pub differences_error: DMatrix<f64>,
-    /// How much the entries change when the arguments change by rounding.
+    /// Changes of the entries when the arguments change by rounding.
     pub noise: DMatrix<f64>,
-    /// The function itself, for the scale of its rows.
+    /// Values of the function itself, for the scales of the rows.
     function: Vec<f64>,
-    /// r_i c_j of the entries at this place, or the values of these products at another place if those are larger and their rounding errors
-    /// may occur at this place.
+    /// r_i c_j of the entries at this place, or the values at another place if those are larger and their rounding errors may occur
+    /// here.
     pub scale: DMatrix<f64>,
     /// Allowed errors of the entries: a fraction of r_i c_j plus rounding.
     pub tolerance: DMatrix<f64>,
 }
 
 impl Place {
-    /// With what two of the oracles say; all else is filled in later.
+    /// Computes the derivatives by dual numbers and complex step; everything else is filled in later.
     pub(crate) fn new(of: &Jacobian, x: Vec<f64>, parent: Option<usize>, random: &mut Random) -> Self {
         let truth = of.dual(&x);
         let (rows, columns) = truth.shape();
@@ -74,7 +74,7 @@ impl Place {
         setting.drawn.points.iter().zip(&setting.drawn.parents).map(&mut place).collect()
     }
 
-    /// Adds the differences; `magnitudes` are the sizes that the arguments have.
+    /// Adds the differences; `magnitudes` are the typical sizes of the arguments.
     pub(crate) fn difference(&mut self, of: &Jacobian, magnitudes: &[f64], random: &mut Random) {
         for j in differenced(self.truth.ncols(), random) {
             let (estimate, error) = of.differences(&self.x, j, magnitudes, 0);
@@ -87,18 +87,18 @@ impl Place {
         self.truth.iter().chain(&self.complex_step).chain(&self.function).all(|x| x.is_finite())
     }
 
-    /// Whether the user's values are the true ones.
+    /// True if the user's values are true within the tolerance (or have a wrong shape, which is reported elsewhere).
     pub(crate) fn holds(&self) -> bool {
         let within = |(i, within): (usize, &f64)| (self.hand[i] - self.truth[i]).abs() <= *within;
         self.hand.shape() != self.truth.shape() || self.tolerance.iter().enumerate().all(within)
     }
 }
 
-/// Fills in numbers, scales and tolerances; the first places are the points of the setting.
+/// Sets numbers, scales and tolerances; the first places are the points of the setting.
 ///
-/// A formula by hand may round more than the reference does: 1 − tanh² far out is rounded like 1, its value at 0. So an entry's scale
-/// is the largest that the entry has at any place where the *function* is about as large as here or as usual, or at the place's parent:
-/// there the terms are no larger than those that may be rounded here. exp(20 x) at x = −1 is so not measured by what it is at x = 1.
+/// A hand-derived formula may round more than the reference does: far from 0, 1 − tanh² has the rounding error of 1, its value at 0. The
+/// scale of an entry is therefore the largest of its values at places where the *function* is about as large as here or as usual, and
+/// at the parent: the terms there may be rounded here. So the scale of exp(20 x) at x = −1 is not its value at x = 1.
 pub(crate) fn set_scales(places: &mut [Place], by: &Range<usize>, setting: &Setting) {
     let points = setting.drawn.points.len();
     let finite = |x: f64| if x.is_finite() { x.abs() } else { 0.0 };
@@ -111,15 +111,15 @@ pub(crate) fn set_scales(places: &mut [Place], by: &Range<usize>, setting: &Sett
     };
     let usual: Vec<f64> = (0..functions[0].len()).map(usual).collect();
     let magnitude = |j: usize| setting.magnitudes[by.start + j];
-    // By how much a column changes the row's function, and the most that one does at any point.
+    // Largest change of a row's function by one column, and the maximum over all points.
     let change =
         |value: &DMatrix<f64>, i: usize| (0..value.ncols()).fold(0.0f64, |m, j| m.max(value[(i, j)] * magnitude(j)));
     let most: Vec<f64> =
         (0..usual.len()).map(|i| values[..points].iter().fold(0.0f64, |m, v| m.max(change(v, i)))).collect();
     for (p, place) in places.iter_mut().enumerate() {
         let (value, function) = (&values[p], &functions[p]);
-        // An empty column has the size that would change the row's function by as much as the others do; the function itself, if there are none:
-        // it may have an offset.
+        // An empty column gets the size that would change the row's function as much as the others do. The function's own value counts at
+        // most as much as the largest change, if there is one, because it may contain an offset.
         let limit = |i: usize| if most[i] > 0.0 { most[i] } else { f64::INFINITY };
         let row = |i: usize| change(value, i).max(function[i].min(limit(i)));
         let size = sizes(value, |i, j| row(i) / magnitude(j));

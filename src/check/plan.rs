@@ -1,4 +1,4 @@
-//! What is compared, and where: blocks and a setting, which the checks of elements, functions and steps make each in its way.
+//! Blocks and the setting of a comparison, which the checks of elements, functions and steps create.
 
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -14,11 +14,11 @@ use crate::Error;
 /// A matrix that depends on the point.
 pub(crate) type MatrixAt<'a> = Box<dyn Fn(&[f64]) -> DMatrix<f64> + 'a>;
 
-/// A block of derivatives: what is differentiated by what, and the user's version of it.
+/// A block of derivatives: the function and its variables, and the user's version.
 pub(crate) struct Block<'a> {
     pub name: String,
     pub truth: Jacobian<'a>,
-    /// The derivative from which the function of this block is itself formed, if any; the references must agree for it too.
+    /// The derivative from which this block's function is formed, if any; the references must agree on it too.
     pub foundation: Option<Jacobian<'a>>,
     pub rows: Vec<String>,
     pub columns: Vec<String>,
@@ -27,18 +27,18 @@ pub(crate) struct Block<'a> {
     pub terms: Vec<(String, MatrixAt<'a>)>,
     /// Named matrices that the user may have given instead of this block.
     pub others: Vec<(String, MatrixAt<'a>)>,
-    /// Named changes of a point: the user may have given the true value at the changed point instead ("node i − 1").
+    /// Named changes of a point: the user may have computed the true value at the changed point ("node i − 1").
     pub elsewhere: Vec<(String, Change<'a>)>,
 }
 
-/// A change of a point, and a question about one.
+/// A change of a point.
 pub(crate) type Change<'a> = Box<dyn Fn(&mut [f64]) + 'a>;
 type Admissible<'a> = Box<dyn Fn(&[f64]) -> bool + 'a>;
 
-/// Where blocks are compared, and how strictly.
+/// Points and tolerance of a comparison.
 pub(crate) struct Setting<'a> {
     pub drawn: Drawn,
-    /// Arguments that may be moved to where the formula has a branch or a narrow feature, and the bounds of each argument.
+    /// Arguments that may be moved to reach a branch or a narrow feature of the formula, and the bounds of each argument.
     pub free: Vec<usize>,
     pub bounds: Vec<[f64; 2]>,
     /// Adjusts the other arguments of a point so that they are consistent with those that were moved.
@@ -49,9 +49,9 @@ pub(crate) struct Setting<'a> {
     pub magnitudes: Vec<f64>,
     /// The name of each argument.
     pub arguments: Vec<String>,
-    /// Arguments that belong together (q, v, σ, …) and may be mistaken for one another; none if they cannot be changed freely.
+    /// Arguments of one kind (q, v, σ, …), which may be mistaken for one another; empty if they cannot be changed freely.
     pub groups: Vec<(String, Range<usize>)>,
-    /// Numbers by which one may multiply in error.
+    /// Named constants that may be a wrong factor.
     pub factors: Vec<(String, f64)>,
     /// Tolerance of an entry, relative to the size of its row and column.
     pub tolerance: f64,
@@ -64,7 +64,7 @@ pub(crate) struct Plan<'a> {
 }
 
 impl<'a> Block<'a> {
-    /// Without names, and without anything that it may be mistaken for.
+    /// Creates a block without names and without candidates for a diagnosis.
     pub(crate) fn new(name: impl Into<String>, truth: Jacobian<'a>, hand: MatrixAt<'a>) -> Self {
         Block {
             name: name.into(),
@@ -81,7 +81,7 @@ impl<'a> Block<'a> {
 }
 
 impl<'a> Setting<'a> {
-    /// At these points, of arguments with these names and magnitudes of which none may be moved yet.
+    /// Creates a setting for these points and arguments; none of the arguments may be moved yet.
     pub(crate) fn new(drawn: Drawn, seed: u64, tolerance: f64, arguments: Vec<String>, magnitudes: Vec<f64>) -> Self {
         let size = |x: f64| if x == 0.0 { 1.0 } else { x.abs() };
         Setting {
@@ -101,13 +101,13 @@ impl<'a> Setting<'a> {
 }
 
 impl<'a> Plan<'a> {
-    /// Blocks whose rows have names; their columns are the setting's arguments.
+    /// Creates a plan of blocks whose rows have names; the columns are the setting's arguments.
     pub(crate) fn new(setting: Setting<'a>, blocks: impl Iterator<Item = Block<'a>>) -> Self {
         let named = |block: Block<'a>| Block { columns: setting.arguments[block.truth.by.clone()].to_vec(), ..block };
         Plan { blocks: blocks.map(named).collect(), setting }
     }
 
-    /// The report of a plan, or why there is none.
+    /// Runs a plan; if it could not be created, the report contains the error.
     pub(crate) fn run(plan: Result<Self, Error>, title: String) -> Report {
         let (blocks, notes, refused) = match plan {
             Ok(Plan { blocks, setting }) => {
@@ -118,7 +118,7 @@ impl<'a> Plan<'a> {
         Report { title, blocks, notes, refused }
     }
 
-    /// The points and the true blocks there as JSON; `at` gives a point's arguments their names.
+    /// The points and the true blocks there as JSON; `at` names the arguments of a point.
     #[cfg(feature = "files")]
     pub(crate) fn worksheet<A: Arguments>(&self, title: &str, at: impl Fn(&[f64]) -> A) -> String {
         worksheet::of(title, &self.blocks, &self.setting, at)

@@ -1,4 +1,4 @@
-//! Where an element is evaluated: all arguments that any element can have, by name and in one list.
+//! Arguments of an element: all that any element can have, by name and in one list.
 
 use nalgebra::SVector;
 use std::ops::Range;
@@ -34,7 +34,7 @@ pub struct Point<const N: usize, const M: usize = 0, const K: usize = 0, const P
 }
 
 impl<const N: usize, const M: usize, const K: usize, const P: usize, S: Scalar> Point<N, M, K, P, S> {
-    /// The point whose arguments stand one after another in a list.
+    /// The point whose arguments are in a list, one after another.
     pub(crate) fn from_list(x: &[S]) -> Self {
         let at = Places { n: N, m: M, k: K, p: P };
         fn part<S: Scalar, const L: usize>(x: &[S], range: Range<usize>) -> SVector<S, L> {
@@ -64,7 +64,7 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
         Self::same(0.0, b)
     }
 
-    /// The same number for all arguments but the constants.
+    /// A point whose arguments are all x, except the constants.
     pub(crate) fn same(x: f64, b: [f64; P]) -> Self {
         Point { b: b.into(), ..Self::from_list(&vec![x; Self::PLACES.of(Part::One).end]) }
     }
@@ -91,7 +91,7 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
         Self::from_list(&x)
     }
 
-    /// All arguments in one list, and the 1 that values are multiplied by where they are compared.
+    /// All arguments in one list, followed by the factor 1 by which compared values are multiplied.
     pub(crate) fn list(&self) -> Vec<f64> {
         let states = [self.q, self.v, self.p_star, self.p_star_dot, self.v_dot].map(|x| x.data.0[0]).concat();
         let Point { sigma, lambda, u, u_dot, t, b, .. } = self;
@@ -100,7 +100,7 @@ impl<const N: usize, const M: usize, const K: usize, const P: usize> Point<N, M,
     }
 }
 
-/// One kind of arguments, in the order of the list.
+/// One kind of argument, in the order of the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
     Q,
@@ -114,12 +114,12 @@ pub(crate) enum Part {
     UDot,
     T,
     B,
-    /// The 1 that values are multiplied by.
+    /// The factor 1 by which values are multiplied.
     One,
 }
 
 impl Part {
-    /// Arguments that belong together, with their names in files and in words, those that may be mistaken for one another most often first.
+    /// Kinds of arguments with their names in files and in texts, starting with those most often mistaken for one another.
     pub(crate) const GROUPS: [(Part, &'static str, &'static str); 11] = [
         (Part::B, "b", "b"),
         (Part::V, "v", "v"),
@@ -135,7 +135,7 @@ impl Part {
     ];
 }
 
-/// Where the arguments stand in the list.
+/// Positions of the arguments in the list.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Places {
     pub n: usize,

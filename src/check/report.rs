@@ -1,4 +1,4 @@
-//! What a check found, for machines (the fields; `serde` with that feature) and for people (`Display`).
+//! Results of a check, for machines (the fields; `serde` with that feature) and for people (`Display`).
 
 use std::fmt;
 
@@ -35,7 +35,7 @@ pub enum Mistake {
     Factor,
     /// A named term is absent.
     TermMissing,
-    /// A named term is there twice, has the wrong sign or a wrong factor.
+    /// A named term occurs twice, or has the wrong sign or factor.
     TermWrong,
     /// The true value of other arguments: another node, another coordinate, sine for cosine.
     OtherArgument,
@@ -86,7 +86,7 @@ pub struct Entry {
     /// Index of the point where the difference is largest, counted from 0; the points of the check come first, then the additional points
     /// found for features of the formula that those do not show.
     pub point: usize,
-    /// The arguments there that the entry depends on, with their names.
+    /// Values of the arguments on which the entry depends at this point, with their names.
     pub at: Vec<(String, f64)>,
 }
 
@@ -94,7 +94,7 @@ pub struct Entry {
 #[derive(Clone, Debug, Default, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct BlockReport {
-    /// Its name.
+    /// Name of the block.
     pub name: String,
     /// Numbers of rows and columns.
     pub size: (usize, usize),
@@ -111,13 +111,13 @@ pub struct BlockReport {
     pub absolute_error: f64,
     /// The largest |hand − true| relative to the size of its row and column.
     pub relative_error: f64,
-    /// A relative error of at least this size is detected in any entry of the block.
+    /// Tolerance of the check, relative to the sizes of row and column, without rounding.
     pub tolerance: f64,
     /// The allowed relative error, including rounding, of the entry whose error is closest to its allowed value or exceeds it most.
     pub allowed: f64,
-    /// The largest relative difference of dual numbers and complex step.
+    /// The largest relative difference between dual numbers and complex step.
     pub complex_step_error: f64,
-    /// The largest relative difference of dual numbers and differences.
+    /// The largest relative difference between dual numbers and differences.
     pub differences_error: f64,
     /// Number of entries that are wrong at some point.
     pub wrong_entries: usize,
@@ -155,17 +155,17 @@ impl Report {
         if self.refused.is_some() { Verdict::Refused } else { Verdict::of_all(&self.blocks) }
     }
 
-    /// The block called `name`.
+    /// The report of the block called `name`.
     pub fn block(&self, name: &str) -> Option<&BlockReport> {
         self.blocks.iter().find(|block| block.name == name)
     }
 }
 
-/// What follows from the verdict of a report.
+/// Methods that follow from the verdict of a report.
 macro_rules! outcome {
     ($report:ty) => {
         impl $report {
-            /// Whether everything is right.
+            /// True if everything is right.
             pub fn passed(&self) -> bool {
                 self.verdict() == Verdict::Right
             }
@@ -187,14 +187,14 @@ pub(super) use outcome;
 outcome!(Report);
 
 impl Verdict {
-    /// The worst of some blocks; of none, that nothing was compared.
+    /// The worst verdict of the blocks; `NothingCompared` if there are none.
     fn of_all(blocks: &[BlockReport]) -> Verdict {
         let worst = [Verdict::Wrong, Verdict::OraclesDisagree, Verdict::NothingCompared, Verdict::Undecided, Verdict::Right];
         let any = |verdict: &Verdict| blocks.iter().any(|block| block.verdict == *verdict);
         worst.into_iter().find(any).unwrap_or_default()
     }
 
-    /// That of the library, and where it is right that of the user's own.
+    /// The library's verdict or, if that is right, the verdict of the user's blocks.
     pub(super) fn with(self, own: &[BlockReport]) -> Verdict {
         if self == Verdict::Right && !own.is_empty() { Verdict::of_all(own) } else { self }
     }
@@ -206,7 +206,7 @@ impl fmt::Display for Verdict {
             Verdict::Right => "right",
             Verdict::Undecided => "undecided",
             Verdict::Wrong => "WRONG",
-            Verdict::OraclesDisagree => "oracles disagree",
+            Verdict::OraclesDisagree => "references disagree",
             Verdict::NothingCompared => "nothing compared",
             Verdict::Refused => "refused",
         })

@@ -1,19 +1,19 @@
 //! Central differences with Ridders' extrapolation, which estimates its own error.
 
-/// Estimates of an even higher order only amplify rounding.
+/// Maximum number of extrapolations; estimates of higher order only amplify rounding.
 const MOST_ORDERS: usize = 6;
-/// Fewer steps than this are no evidence.
+/// Number of steps before the extrapolation may stop.
 const FEWEST: usize = 3;
-/// A value is rounded by this many units in its last place.
+/// Rounding error of a value, relative to it.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
 
 /// dy/ds at s = 0 and an estimate of its error, for every component of y.
 ///
-/// `along(s)` gives s as rounded (or x + s) and y there. With D(h) = (y(h) − y(−h))/2h, Neville's tableau removes the terms
-/// h², h⁴, …:  A_k(h/2) = A_{k−1}(h/2) + (A_{k−1}(h/2) − A_{k−1}(h))/(4ᵏ − 1). For each component the entry is taken that changes
-/// least from its two parents; that change is the estimate, or what rounding y makes of D(h), if that is more. A point
-/// outside the function's domain only makes the first step shorter. Stops early when every estimate is below `enough` relative to
-/// its derivative.
+/// `along(s)` returns s as rounded (or x + s) and y there. With D(h) = (y(h) − y(−h))/2h, Neville's tableau removes the terms
+/// h², h⁴, …:  A_k(h/2) = A_{k−1}(h/2) + (A_{k−1}(h/2) − A_{k−1}(h))/(4ᵏ − 1). For each component, the result is the entry that differs
+/// least from its two parents; its error estimate is this difference or the rounding error of D(h), whichever is larger. If a first
+/// step leaves the function's domain, shorter ones are used. Stops early when every estimate is below `enough` relative to its
+/// derivative.
 pub(crate) fn ridders(
     along: impl Fn(f64) -> (f64, Vec<f64>),
     (step, halvings): (f64, usize),
@@ -33,7 +33,7 @@ pub(crate) fn ridders(
             let next: Vec<f64> = finer.iter().zip(coarser).map(|(f, c)| f + (f - c) / (factor - 1.0)).collect();
             for i in 0..rows {
                 let change = (next[i] - finer[i]).abs().max((next[i] - coarser[i]).abs());
-                // NaN must not pass for small.
+                // NaN must not count as small.
                 let change = if change.is_nan() { f64::INFINITY } else { change.max(rounding[i]) };
                 if change < error[i] {
                     (best[i], error[i]) = (next[i], change);
@@ -50,7 +50,7 @@ pub(crate) fn ridders(
     (best, error)
 }
 
-/// D(h), and what rounding y makes of it.
+/// D(h) and its rounding error.
 fn central(along: &impl Fn(f64) -> (f64, Vec<f64>), h: f64) -> (Vec<f64>, Vec<f64>) {
     let ((right, above), (left, below)) = (along(h), along(-h));
     let width = right - left;
@@ -63,7 +63,7 @@ fn central(along: &impl Fn(f64) -> (f64, Vec<f64>), h: f64) -> (Vec<f64>, Vec<f6
 mod tests {
     use super::*;
 
-    /// The error must stay within a few times its estimate, for smooth, steep and rounded functions alike.
+    /// The error must be within a few times its estimate, for smooth, steep and rounded functions alike.
     #[test]
     fn the_estimate_is_honest() {
         let x = 0.8f64;

@@ -1,16 +1,16 @@
-//! The natural size of each entry of a block, whatever the units of its rows and columns.
+//! The natural size of each entry of a block, independent of the units of its rows and columns.
 
 use nalgebra::DMatrix;
 
-/// Rounds of balancing; the sizes need no more than a digit.
+/// Number of equilibration and balancing rounds; one correct digit suffices.
 const ROUNDS: usize = 12;
 const BALANCING_ROUNDS: usize = 60;
 
-/// r_i c_j with |a_ij| ≤ r_i c_j and every row and column touching the bound, nearly.
+/// Sizes r_i c_j ≥ |a_ij| that are nearly attained in every row and column.
 ///
 /// Changing the unit of a row or a column changes its r or c alike, so errors relative to these sizes mean the same in metres and
-/// in millimetres. Ruiz's equilibration alone has many solutions; which one it finds would depend on the units. So it begins where
-/// the logarithms of all entries are balanced, which is unique. Rows and columns without any entry get `fallback_ij`.
+/// in millimetres. Ruiz's equilibration has many solutions, and the one that it finds depends on its start. It therefore starts from a
+/// unique one, which balances the logarithms of all entries. Rows and columns without nonzero entries get `fallback_ij`.
 pub(crate) fn sizes(a: &DMatrix<f64>, fallback: impl Fn(usize, usize) -> f64) -> DMatrix<f64> {
     let (mut r, mut c) = balanced(a);
     for _ in 0..ROUNDS {
@@ -28,7 +28,7 @@ fn largest<'a>(x: impl Iterator<Item = &'a f64>) -> f64 {
     x.fold(0.0, |most, x| most.max(*x))
 }
 
-/// r_i c_j ≈ |a_ij| in the least squares of the logarithms of all entries but zeros, by turns for r and c.
+/// Least-squares fit of r_i c_j to |a_ij| in the logarithms of all nonzero entries, alternating between r and c.
 fn balanced(a: &DMatrix<f64>) -> (Vec<f64>, Vec<f64>) {
     let (rows, columns) = a.shape();
     let logarithms: Vec<(usize, usize, f64)> = (0..rows)
@@ -47,7 +47,7 @@ fn balanced(a: &DMatrix<f64>) -> (Vec<f64>, Vec<f64>) {
     (exponentials(rho), exponentials(gamma))
 }
 
-/// The mean of the values with each index; zero where there are none.
+/// The mean of the values with each index; zero if there are none.
 fn means(values: impl Iterator<Item = (usize, f64)>, len: usize) -> Vec<f64> {
     let (mut sums, mut counts) = (vec![0.0; len], vec![0usize; len]);
     for (i, value) in values {

@@ -1,4 +1,4 @@
-//! Points that show the features of a formula: solved for with the derivatives of its graph, from the points of the check and from those found before.
+//! Points that show the features of a formula, found by Newton's method on its graph from the points of the check and from earlier results.
 
 use std::ops::Range;
 
@@ -9,29 +9,29 @@ use super::plan::Setting;
 use super::random::Random;
 use crate::program::Node;
 
-/// Branches of a formula that compares values that are told apart; one that takes numbers from a table has one for each cell.
+/// Maximum number of distinguished branches of a formula that compares values; a table lookup has one for each cell.
 const MOST_FORMS: usize = 8;
-/// Points that a feature is searched from: of the check's; and of those found last, which may lie where no other feature hides it.
+/// Numbers of start points of a search: points of the check, and points found last, which may lie where no other feature hides it.
 const STARTS: [usize; 2] = [4, 6];
-/// Starts are repeated beside themselves by so many sizes, where a feature may have no slope.
+/// Shifts of the first start, in sizes of the arguments, for features that have no slope at the start itself.
 const BESIDE_STARTS: [f64; 2] = [1e-5, 1e-1];
-/// Steps of Newton's method, and halvings of one.
+/// Maximum numbers of Newton steps and of halvings of one step.
 const MOST_STEPS: usize = 100;
 const MOST_HALVINGS: i32 = 40;
-/// A step is at most so many times longer than the point is far from 0, in sizes of the arguments; points farther away than the second are none.
+/// Maximum length of a step relative to the distance of the point from 0, and maximum distance, both in sizes of the arguments.
 const LONGEST: f64 = 1e4;
 const FARTHEST: f64 = 1e9;
-/// Points beyond a switch are tried at these powers of √10: from one size of the arguments down, and where another switch hides all these, up.
+/// Powers of √10 for points beyond a switch: from one size of the arguments down, then up in case another switch hides all these.
 const BEYOND: [i32; 20] = [0, -1, -2, -3, -4, -5, -6, -8, -10, -12, -14, -16, -18, 1, 2, 3, 4, 5, 6, 7];
-/// The power of points just beside a switch, where a wrong place of it is seen: a thousandth of a size away, or of the arguments there, if these are larger.
+/// Power of √10 for points just beside a switch, which show a wrong threshold: a thousandth of a size away, or of a larger argument.
 const JUST_BESIDE: [i32; 1] = [-6];
-/// A point shows a variant well if gradients differ by this share; the search goes on for a better one otherwise.
+/// A point shows a variant well if the gradients differ by this fraction; otherwise the search continues for a better one.
 const CLEAR: f64 = 1e-3;
-/// Values that a formula looks at are varied by these multiples of their size.
+/// Multiples of its size to which a value that a formula compares is varied.
 const LOOKED: [f64; 6] = [1e4, 1e3, 1e2, 10.0, 1.0, 1e-3];
 const MOST_LOOKS: usize = 12;
 
-/// A point where a block is compared, the point of the check that it was found from (itself, if it is one), and its branch.
+/// A point where a block is compared, the index of the point of the check from which it was found, and its branch.
 pub(crate) struct Known {
     pub x: Vec<f64>,
     pub base: usize,
@@ -43,18 +43,18 @@ pub(crate) struct Features<'a> {
     of: &'a dyn Differentiable,
     by: Range<usize>,
     setting: &'a Setting<'a>,
-    /// One for each branch that is known, if the formula compares values.
+    /// Known branches; more than one only if the formula compares values.
     forms: Vec<Form>,
     is_fixed: Vec<bool>,
     /// The points of the check and the additional points that were found.
     pub points: Vec<Known>,
-    /// Variants, by form and number, that no point can show, or none that is admissible; and whether there are any of the latter.
+    /// Variants (form and index) that no admissible point can show; `excludes` is true if inadmissible points show one of them.
     settled: Vec<(usize, usize)>,
     pub excludes: bool,
 }
 
 impl<'a> Features<'a> {
-    /// Of the function of a block, with at most `most` points beside those of the setting, or more if a branch needs them.
+    /// Finds the features of a block's function, with at most `most` points besides those of the setting, or more if a branch needs them.
     pub(crate) fn find(of: &'a Jacobian, setting: &'a Setting, most: usize) -> Self {
         let points = &setting.drawn.points;
         let is_same = |k: usize| points.iter().all(|x| x[k] == points[0][k]);
@@ -72,12 +72,12 @@ impl<'a> Features<'a> {
             all.show_all(f, most);
             f += 1;
         }
-        // Behind one feature there may have been another one.
+        // One feature may have hidden another one.
         (0..all.forms.len()).for_each(|f| all.show_all(f, most));
         all
     }
 
-    /// What none of these points shows and must be shown, in words.
+    /// Variants that must be shown but are not shown by any of these points, in words.
     pub(crate) fn unseen(&self, points: &[&[f64]]) -> Vec<String> {
         let judged: Vec<&Known> = self.points.iter().filter(|known| points.contains(&known.x.as_slice())).collect();
         let mut unseen = Vec::new();
@@ -96,18 +96,18 @@ impl<'a> Features<'a> {
         unseen
     }
 
-    /// Whether the formula compares values, with one outcome at all points; or cannot be recorded at all.
+    /// True if the formula compares values with the same outcome at all points, or cannot be recorded.
     pub(crate) fn is_blind(&self) -> bool {
         self.forms.is_empty() || self.forms.len() == 1 && !self.forms[0].looks.is_empty()
     }
 
-    /// How well a point shows a variant of a form.
+    /// Measure of how well a point shows a variant of a form.
     fn shows(&self, (f, v): (usize, usize), at: &Known) -> f64 {
         let form = &self.forms[f];
         if at.form == Some(f) { form.shows(&form.variants[v], &at.x, &self.setting.magnitudes) } else { 0.0 }
     }
 
-    /// The branch that the formula takes at a point; none if it cannot be recorded there, or has too many.
+    /// The branch that the formula takes at a point; `None` if it cannot be recorded there or has too many branches.
     fn form_of(&mut self, x: &[f64]) -> Option<usize> {
         if let [form] = &self.forms[..]
             && form.graph.looked_at().is_empty()
@@ -123,7 +123,7 @@ impl<'a> Features<'a> {
         known
     }
 
-    /// Adds a point if the formula is defined and may be evaluated there.
+    /// Adds a new point if the formula is defined and admissible there.
     fn add(&mut self, x: Vec<f64>, base: usize) {
         let is_new = self.points.iter().all(|known| known.x != x);
         if is_new && self.is_defined(&x) && (self.setting.admissible)(&x) {
@@ -138,7 +138,7 @@ impl<'a> Features<'a> {
         x.iter().zip(&self.setting.magnitudes).all(is_near) && value.iter().chain(&slope).all(|y| y.is_finite())
     }
 
-    /// Adds points just beside every switch, and points that show the variants of a form that none shows yet.
+    /// Adds points just beside every switch, and points for variants of a form that no point shows yet.
     fn show_all(&mut self, f: usize, most: usize) {
         for v in 0..self.forms[f].variants.len() {
             let Variant { need, .. } = self.forms[f].variants[v];
@@ -153,7 +153,7 @@ impl<'a> Features<'a> {
         }
     }
 
-    /// Adds a point that shows a variant, if one is found from so many starts; otherwise, whether there is none, or none that is admissible.
+    /// Adds a point that shows a variant if this many starts lead to one. Returns true if no admissible point can show the variant.
     fn show(&mut self, (f, v): (usize, usize), exponents: &[i32], starts: usize) -> bool {
         let Variant { of, window, .. } = self.forms[f].variants[v];
         let goals = self.forms[f].variants[v].goals.clone();
@@ -189,7 +189,7 @@ impl<'a> Features<'a> {
         excludes || is_undefined || !reaches && is_out_of_reach(&ends, &goals)
     }
 
-    /// Points to begin a search at, and the points of the check that they were found from.
+    /// Start points of a search, with the indices of the points of the check from which they were found.
     fn starts(&self, f: usize) -> Vec<(Vec<f64>, usize)> {
         let (drawn, found) = self.points.split_at(self.setting.drawn.points.len());
         let of_form = |known: &&Known| known.form == Some(f);
@@ -208,8 +208,8 @@ impl<'a> Features<'a> {
         starts
     }
 
-    /// Moves a point to where a node has a value, as far as Newton's method gets: by the shortest steps in sizes of the free arguments. The node's value at the
-    /// start and at the end; none if it has no slope at the start.
+    /// Moves a point towards a given value of a node by Newton's method, with the shortest steps in sizes of the free arguments.
+    /// Returns the node's value at the start and at the end; `None` if it has no slope at the start.
     fn solve(&self, f: usize, of: Node, goal: f64, x: &mut Vec<f64>) -> Option<[f64; 2]> {
         let graph = &self.forms[f].graph;
         let order = graph.reachable([of]);
@@ -237,7 +237,7 @@ impl<'a> Features<'a> {
         end.is_finite().then_some([start, end])
     }
 
-    /// The slopes of a node by the free arguments, in sizes of these; without those that are at a bound and would be moved beyond it.
+    /// Slopes of a node by the free arguments, in sizes of these, without arguments at a bound beyond which they would be moved.
     fn direction(&self, f: usize, (of, order): (Node, &[Node]), x: &[f64], missed: f64) -> Vec<(usize, f64)> {
         let (form, sizes) = (&self.forms[f], &self.setting.magnitudes);
         let slopes = form.graph.slopes(order, None, &form.graph.values(order, None, x), of);
@@ -246,7 +246,7 @@ impl<'a> Features<'a> {
         all.filter(|&(k, d)| self.setting.bounds[k][usize::from(d * missed > 0.0)] != x[k]).collect()
     }
 
-    /// A point moved along a direction in sizes of the arguments, within their bounds.
+    /// Moves a point along a direction, in sizes of the arguments and within their bounds.
     fn moved(&self, x: &[f64], direction: &[(usize, f64)], length: f64) -> Vec<f64> {
         let mut x = x.to_vec();
         for &(k, d) in direction {
@@ -256,7 +256,7 @@ impl<'a> Features<'a> {
         x
     }
 
-    /// Points beyond a switch, where its node is positive or negative, from far to near.
+    /// Points beyond a switch, on its positive or negative side, at distances given by `exponents`.
     fn beyond(&self, f: usize, of: Node, x: &[f64], is_above: bool, exponents: &[i32]) -> Vec<Vec<f64>> {
         let sign = if is_above { 1.0 } else { -1.0 };
         let direction = self.direction(f, (of, &self.forms[f].graph.reachable([of])), x, sign);
@@ -267,7 +267,7 @@ impl<'a> Features<'a> {
         if norm > 0.0 && norm.is_finite() { exponents.iter().map(at).collect() } else { Vec::new() }
     }
 
-    /// Other branches of a formula that compares values: what it looks at is varied over decades, and where the branch changes, points on both sides are added.
+    /// Searches for other branches: varies the values that the formula compares over decades, and adds points on both sides of a change.
     fn look(&mut self, f: usize, most: usize) {
         for of in self.forms[f].looks.clone().into_iter().take(MOST_LOOKS) {
             let order = self.forms[f].graph.reachable([of]);
@@ -290,7 +290,7 @@ impl<'a> Features<'a> {
         }
     }
 
-    /// Points on both sides of the place between two points where the branch changes, and in the midst of the second branch.
+    /// Adds points on both sides of the change of branch between two points, and further inside the second branch.
     fn add_both_sides(&mut self, first: &[f64], last: &[f64], base: usize) {
         let between =
             |a: &[f64], b: &[f64], share: f64| -> Vec<f64> { a.iter().zip(b).map(|(a, b)| a + share * (b - a)).collect() };
@@ -305,7 +305,7 @@ impl<'a> Features<'a> {
     }
 }
 
-/// Whether all searches came to one extremum of what was solved for, or to where it is reached but for rounding: then nothing is beyond.
+/// True if all searches ended at the same extremum of the node, or one reached the goal up to rounding: then no point lies beyond.
 fn is_out_of_reach(ends: &[[f64; 2]], goals: &[f64]) -> bool {
     let is_met = |[start, end]: &[f64; 2]| goals.iter().any(|goal| (end - goal).abs() <= 1e-9 * (start - goal).abs());
     let moved = ends.iter().filter(|[start, end]| (start - end).abs() > 1e-3 * start.abs()).count();

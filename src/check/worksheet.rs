@@ -1,4 +1,4 @@
-//! Worksheets: the points of a check and the true blocks there as JSON, and [`Answers`], what a program in any language has put beside them.
+//! Worksheets: the points of a check and the true blocks there as JSON, and [`Answers`], the values that another program has added.
 
 use std::collections::HashMap;
 use std::sync::OnceLock;
@@ -16,7 +16,7 @@ use crate::Error;
 
 const FORMAT: &str = "hamiltonian-adjoint worksheet";
 const VERSION: u32 = 1;
-/// Points are the same if their numbers are, but for what a program may have rounded off when it wrote them.
+/// Relative difference up to which points are the same, because a program may round the numbers that it writes.
 const SAME: f64 = 1e-9;
 
 /// Derivatives that another program wrote into a worksheet.
@@ -39,7 +39,7 @@ const SAME: f64 = 1e-9;
 ///
 /// let b = [0.1, 0.2, 0.3, 0.4, 0.7];
 /// let sheet = check::constraint(&Distance, b).phi_q(|_| [[0.0; 6]]).worksheet()?;
-/// let theirs = sheet.replace("reference", "value"); // in truth: by a program of yours
+/// let theirs = sheet.replace("reference", "value"); // in practice, your program does this
 /// let answers = Answers::from_json(&theirs)?;
 /// let report = check::constraint(&Distance, b).phi_q(|at| answers.ask("Φ_q", at)).run();
 /// answers.finish()?;
@@ -47,13 +47,13 @@ const SAME: f64 = 1e-9;
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 pub struct Answers {
-    /// By the block's name.
+    /// Answers by the name of their block.
     blocks: HashMap<String, Vec<Answer>>,
-    /// The first question that had no answer.
+    /// The first request without an answer.
     problem: OnceLock<String>,
 }
 
-/// The numbers of a point, the matrix there, and whether it was asked for.
+/// The numbers of a point, the matrix there, and whether it was requested.
 struct Answer {
     at: Vec<f64>,
     value: DMatrix<f64>,
@@ -73,7 +73,7 @@ struct SheetBlock {
     points: List<SheetPoint>,
 }
 
-/// A list; of one entry Matlab leaves the entry.
+/// A list, or its only entry: Matlab writes a list of one entry as the entry itself.
 #[derive(Deserialize)]
 #[serde(untagged, expecting = "expected a list, or the only entry of one")]
 enum List<T> {
@@ -106,7 +106,7 @@ impl Answers {
             .map_err(|error| wrong(format!("line {}, column {}", error.line(), error.column()), error.to_string()))?;
         if (sheet.format.as_str(), sheet.version) != (FORMAT, VERSION) {
             let problem =
-                format!("it says `{}`, version {}; expected `{FORMAT}`, version {VERSION}", sheet.format, sheet.version);
+                format!("it has the format `{}`, version {}; expected `{FORMAT}`, version {VERSION}", sheet.format, sheet.version);
             return Err(wrong("format".into(), problem));
         }
         let mut blocks = HashMap::new();
@@ -136,13 +136,13 @@ impl Answers {
                 answer.asked.store(true, Ordering::Relaxed);
                 answer.value.clone()
             }
-            // The diagnosis of what is wrong tries points of its own, behind all others.
+            // After all points, the diagnosis of a mistake tries points of its own.
             None if all_were_asked() => none(),
             None => {
                 self.problem.get_or_init(|| match self.blocks.contains_key(block) {
                     true => {
                         let shown: String = Value::Object(at).to_string().chars().take(80).collect();
-                        format!("{shown}… is none of the points of `{block}`; was the check changed?")
+                        format!("{shown}… is not a point of `{block}`; was the check changed?")
                     }
                     false => format!("there is no block `{block}`"),
                 });
@@ -160,7 +160,7 @@ impl Answers {
     }
 }
 
-/// The worksheet of these blocks: where each is compared, and what is true there; `at` gives a point's arguments their names.
+/// The worksheet of these blocks: their points and the true values there; `at` names the arguments of a point.
 pub(super) fn of<A: Arguments>(title: &str, blocks: &[Block], setting: &Setting, at: impl Fn(&[f64]) -> A) -> String {
     let of_block = |block: &Block| {
         // The same places as `check` finds.
@@ -175,12 +175,12 @@ pub(super) fn of<A: Arguments>(title: &str, blocks: &[Block], setting: &Setting,
     format!("{:#}\n", json!({ "format": FORMAT, "version": VERSION, "of": title, "blocks": blocks }))
 }
 
-/// In the place of an answer.
+/// Placeholder for a missing answer.
 pub(super) fn none() -> DMatrix<f64> {
     DMatrix::from_element(1, 1, f64::NAN)
 }
 
-/// The numbers of a point in the order of their names: a list of one may have become a number, and an empty one may be gone.
+/// The numbers of a point in the order of their names; a list of one entry may have become a number, and an empty one may be missing.
 fn numbers(at: &Map<String, Value>) -> Vec<f64> {
     let mut parts: Vec<(&String, &Value)> = at.iter().collect();
     parts.sort_by_key(|(name, _)| *name);
@@ -191,16 +191,16 @@ fn numbers(at: &Map<String, Value>) -> Vec<f64> {
     parts.into_iter().flat_map(|(_, value)| of(value)).collect()
 }
 
-/// The largest relative difference; infinite for points of different length, and where something is no number.
+/// The largest relative difference; infinite for points of different length, or if a value is not a number.
 fn distance(x: &[f64], y: &[f64]) -> f64 {
     let of = |(x, y): (&f64, &f64)| if x == y { 0.0 } else { (x - y).abs() / x.abs().max(y.abs()) };
     let largest = |most: f64, next: f64| if next.is_nan() { f64::INFINITY } else { most.max(next) };
     if x.len() == y.len() { x.iter().zip(y).map(of).fold(0.0, largest) } else { f64::INFINITY }
 }
 
-/// A matrix by its rows; a list of numbers is one row (the check turns it where a column is wanted), and a number a matrix of one.
+/// A matrix by its rows; a list of numbers is one row (transposed later if a column is expected), and a number a 1 × 1 matrix.
 pub(super) fn matrix(value: &Value) -> Result<DMatrix<f64>, String> {
-    let number = |x: &Value| x.as_f64().ok_or_else(|| "is no matrix of numbers".to_string());
+    let number = |x: &Value| x.as_f64().ok_or_else(|| "is not a matrix of numbers".to_string());
     let rows: Vec<Vec<f64>> = match value {
         Value::Array(rows) if rows.iter().any(Value::is_array) => {
             let row = |row: &Value| row.as_array().into_iter().flatten().map(number).collect();

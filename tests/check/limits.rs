@@ -74,8 +74,8 @@ fn right_values_in_wrong_rows_and_columns_are_told_by_their_names() {
         (|i, j| (i, [0, 2, 1][j]), "the columns of `b` and `c` are exchanged"),
         (|i, j| ([1, 2, 0][i], j), "the rows are in another order: they belong to `q`, `r`, `p`"),
         (|i, j| (i, [2, 0, 1][j]), "the columns are in another order: they belong to `c`, `a`, `b`"),
-        (|i, j| ([2, 1, 2][i], j), "in the row of `p` stand the values of the row of `r`"),
-        (|i, j| (i, [0, 1, 0][j]), "in the column of `c` stand the values of the column of `a`"),
+        (|i, j| ([2, 1, 2][i], j), "the values of the row of `r` are in the row of `p`"),
+        (|i, j| (i, [0, 1, 0][j]), "the values of the column of `a` are in the column of `c`"),
     ];
     for (from, text) in cases {
         let hand = move |x: &[f64]| {
@@ -315,7 +315,7 @@ fn a_wrong_gradient_of_ones_own_is_a_row_of_the_table() {
     let row = |name: &str| text.lines().find(|line| line.trim_start().starts_with(name)).expect("a row").to_string();
     assert!(row("mine").ends_with("right") && row("theirs").ends_with("WRONG") && row("short").ends_with("WRONG"));
     assert!(text.lines().next().is_some_and(|line| line.contains(": right; but see")));
-    assert!(text.contains("enough: more than 1.5 is asked for"));
+    assert!(text.contains("enough: more than 1.5 is required"));
 }
 
 /// Three values.

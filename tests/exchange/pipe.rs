@@ -75,13 +75,13 @@ fn programs_that_fail_are_told_of() {
     };
     assert_says(&problem(shell("read line; exit 3")), &["question 1", "ended with", "3"]);
     assert_says(&problem(shell("while read line; do echo '[[1,2],[3]]'; done")), &["different lengths"]);
-    assert_says(&problem(shell("while read line; do echo 'one'; done")), &["`one` is no JSON"]);
-    assert_says(&problem(shell("while read line; do echo '[[1,null],[0,1]]'; done")), &["no matrix of numbers"]);
-    assert_says(&problem(shell("while read line; do echo '[[1,2],[3,4]]'; echo '[[1,2],[3,4]]'; done")), &["a line more"]);
+    assert_says(&problem(shell("while read line; do echo 'one'; done")), &["`one` is not JSON"]);
+    assert_says(&problem(shell("while read line; do echo '[[1,null],[0,1]]'; done")), &["not a matrix of numbers"]);
+    assert_says(&problem(shell("while read line; do echo '[[1,2],[3,4]]'; echo '[[1,2],[3,4]]'; done")), &["one line too many"]);
     // Right answers, but one more at the end.
     let pipe = shell("read line; echo '[[1,2],[3,4]]'; sleep 0.2; echo '[[1,2],[3,4]]'; while read line; do echo; done");
     pipe.ask("jacobian", &[1.0, 2.0][..]);
-    assert_says(&pipe.finish().expect_err("one more"), &["after 1 questions", "a line more"]);
+    assert_says(&pipe.finish().expect_err("one more"), &["after 1 questions", "one line too many"]);
     let endless = shell("read line; yes | tr -d '\\n'");
     assert_says(&problem(endless), &["question 1", "more than 10000000 bytes"]);
     assert_says(&Pipe::new(&mut Command::new("no such program")).expect_err("none"), &["does not start"]);

@@ -171,12 +171,12 @@ fn worksheets_that_are_none_are_told_of() {
     }
     let answers = Answers::from_json(&blank.to_string()).expect("answers");
     assert!(!distance(|at| answers.ask("Φ_q", at)).passed());
-    assert_says(&answers.finish().expect_err("no numbers"), &["none of the points"]);
+    assert_says(&answers.finish().expect_err("no numbers"), &["is not a point of"]);
     // Another seed, another name.
     let answers = Answers::from_json(&copied(&sheet)).expect("answers");
     let report = check::constraint(&Distance, B).random_points(12, 99).phi_q(|at| answers.ask("Φ_q", at)).run();
     assert!(!report.passed());
-    assert_says(&answers.finish().expect_err("other points"), &["none of the points", "was the check changed?"]);
+    assert_says(&answers.finish().expect_err("other points"), &["is not a point of", "was the check changed?"]);
     let answers = Answers::from_json(&copied(&sheet)).expect("answers");
     assert!(!distance(|at| answers.ask("phi_q", at)).passed());
     assert_says(&answers.finish().expect_err("another name"), &["no block `phi_q`"]);

@@ -350,11 +350,11 @@ fn a_check_says_what_was_left_to_rounding() {
     // Nothing is compared with a gradient that is not right.
     assert!(report.own.iter().all(|own| own.verdict == check::Verdict::NothingCompared && own.wrong_entries == 0));
     assert_eq!(report.own.len(), 1);
-    assert!(!report.passed() && report.rounding > 1e-11 && report.to_string().contains("to rounding"));
+    assert!(!report.passed() && report.rounding > 1e-11 && report.to_string().contains("rounding error of"));
     assert!(report.directions.iter().all(|row| row.error() <= 1e3 * report.rounding));
     let soft = rod_on_a_spring(1e3);
     let report = check::gradient(&soft, &inputs, Settings::default()).run().expect("a motion");
-    assert!(report.passed() && report.rounding < 1e-12 && !report.to_string().contains("to rounding"), "{report}");
+    assert!(report.passed() && report.rounding < 1e-12 && !report.to_string().contains("rounding error of"), "{report}");
 }
 
 /// I dω/dt = u − M tanh(ω/ω_s): whatever the step, each stage has exactly one solution, on the other side of two bends.

@@ -1,4 +1,4 @@
-//! The true value of other arguments: another node, one coordinate for another, sine for cosine, degrees, another constant.
+//! True values at other arguments: another node, one coordinate for another, sine for cosine, degrees, another constant.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
@@ -8,7 +8,7 @@ use super::mask::Mask;
 use crate::check::plan::Change;
 use crate::check::report::{Diagnosis, Mistake};
 
-/// Whether the values are true at another point that the front end has named.
+/// Diagnosis if the values are true at one of the changed points that the check has named.
 pub(super) fn elsewhere(mask: &Mask) -> Option<Diagnosis> {
     mask.of.block.elsewhere.iter().find_map(|(name, other)| {
         let found = is_truth_at(mask, other)?;
@@ -16,21 +16,21 @@ pub(super) fn elsewhere(mask: &Mask) -> Option<Diagnosis> {
     })
 }
 
-/// Whether the user's values are the true ones at points with a change, up to the sign, which is returned.
+/// Sign, in words, with which the user's values are the true ones at changed points; `None` if they are not.
 fn is_truth_at(mask: &Mask, change: &dyn Fn(&mut [f64])) -> Option<&'static str> {
     let values = mask.of.truth_at(change);
     let sign = mask.up_to_sign(|p, e| values[p][e])?;
     Some(if sign > 0.0 { "" } else { "with the sign flipped and " })
 }
 
-/// An argument that is mistaken for another one, and what people say then.
+/// An argument that may be confused with another one, the text for it, and the change of a point that reproduces it.
 pub(super) struct Confusion<'e> {
     pub(super) argument: usize,
     pub(super) text: String,
     pub(super) change: Change<'e>,
 }
 
-/// Whether one argument was taken for another, or with the wrong sign, or its sine for its cosine.
+/// Diagnosis if one argument was taken for another or has the wrong sign, or if its sine was taken for its cosine.
 pub(super) fn confused(mask: &Mask) -> Option<Diagnosis> {
     let any = pairs(0..mask.of.setting.arguments.len()).map(|pair| replaced(mask.of, pair));
     let any = any.take_while(|_| mask.of.is_small());
@@ -42,7 +42,7 @@ pub(super) fn confused(mask: &Mask) -> Option<Diagnosis> {
     })
 }
 
-/// Confusions of one argument alone, and of those of one kind, which are likelier than those of different kinds.
+/// Confusions of a single argument, and of arguments of one kind, which are likelier than confusions of different kinds.
 pub(super) fn confusions<'e>(evidence: &Evidence<'e>) -> Vec<Confusion<'e>> {
     if !evidence.is_small() {
         return Vec::new();
@@ -70,16 +70,16 @@ pub(super) fn confusions<'e>(evidence: &Evidence<'e>) -> Vec<Confusion<'e>> {
 }
 
 fn replaced<'e>(evidence: &Evidence<'e>, (k, j): (usize, usize)) -> Confusion<'e> {
-    let text = format!("{} stands where {} belongs", name(evidence, j), name(evidence, k));
+    let text = format!("{} is used instead of {}", name(evidence, j), name(evidence, k));
     Confusion { argument: k, text, change: Box::new(move |x| x[k] = x[j]) }
 }
 
-/// The name of an argument; what has none is the 1 that values are multiplied by.
+/// The name of an argument; the one without a name is the factor 1 by which values are multiplied.
 fn name<'e>(evidence: &Evidence<'e>, k: usize) -> &'e str {
     Some(evidence.setting.arguments[k].as_str()).filter(|name| !name.is_empty()).unwrap_or("1")
 }
 
-/// Whether one constant has another value than in the formula.
+/// Diagnosis if one constant has another value than in the formula.
 pub(super) fn stale(mask: &Mask) -> Option<Diagnosis> {
     let Evidence { setting, block, at } = mask.of;
     let constants = setting.groups.iter().find(|(name, _)| name == "b").map(|(_, range)| range.clone())?;
@@ -91,7 +91,7 @@ pub(super) fn stale(mask: &Mask) -> Option<Diagnosis> {
             x[k] = value;
             block.truth.dual(&x)[entry] - at[worst].hand[entry]
         };
-        // By secants; whether they have converged, all points tell.
+        // Secant method; the comparison at all points shows whether it has converged.
         let (mut last, mut value) = (at[worst].x[k], 1.01 * at[worst].x[k]);
         for _ in 0..20 {
             let errors = [error(last), error(value)];

@@ -1,4 +1,4 @@
-//! Single steps of the chain rule, of which one may be wrong.
+//! Mistakes in a single step of the chain rule.
 //!
 //! A node z of the recorded formula f that is used in another node y contributes (∂f/∂y) (∂y/∂z) (∂z/∂x) to ∂f/∂x. A mistake in one step
 //! of a derivation changes one of these three factors: half of a product rule is a missing contribution, a forgotten inner derivative is
@@ -18,9 +18,9 @@ use crate::program::{Expression, Function, Graph, Node};
 
 /// Two numbers are the same coefficient if they differ by less than this.
 const SAME: f64 = 1e-6;
-/// A factor nearer to 1 than this is a matter of digits.
+/// A factor nearer to 1 than this is a lack of digits.
 const FEW: f64 = 1e-3;
-/// Longer texts of nodes are shortened.
+/// Maximum number of characters of a node's text.
 const LONG: usize = 48;
 
 /// The recorded formula of a block, and its derivatives at all points.
@@ -57,7 +57,7 @@ struct Step<'a> {
     inner: f64,
 }
 
-/// Kind, whether it concerns all uses of z, text, and what stands in place of (∂y/∂z) (∂z/∂x).
+/// Kind of mistake, whether it concerns all uses of z, text, and the expression in place of (∂y/∂z) (∂z/∂x).
 type Wrong = (Mistake, bool, &'static str, fn(&Step) -> f64);
 
 const WRONG: [Wrong; 9] = [
@@ -66,15 +66,15 @@ const WRONG: [Wrong; 9] = [
     }),
     (Mistake::TermWrong, true, "inner derivative squared: that of {z}", |s| (s.slope)(s.z) * s.inner * s.inner),
     (Mistake::TermWrong, false, "the derivative of {y} by {z} is taken as 1", |s| s.inner),
-    (Mistake::OtherArgument, false, "{y} stands where its derivative by {z} belongs", |s| s.y * s.inner),
+    (Mistake::OtherArgument, false, "{y} is used instead of its derivative by {z}", |s| s.y * s.inner),
     (Mistake::OtherArgument, false, "{z} has the wrong sign in the derivative of {y}", |s| (s.slope)(-s.z) * s.inner),
     (Mistake::OtherArgument, false, DEGREES, |s| (s.slope)(s.z * 180.0 / PI) * s.inner),
     (Mistake::OtherArgument, false, DEGREES, |s| (s.slope)(s.z * PI / 180.0) * s.inner),
-    (Mistake::Factor, false, "factor {z} too much in the derivative of {y}", |s| (s.slope)(s.z) * s.z * s.inner),
+    (Mistake::Factor, false, "superfluous factor {z} in the derivative of {y}", |s| (s.slope)(s.z) * s.z * s.inner),
     (Mistake::Factor, false, "factor {z} missing in the derivative of {y}", |s| (s.slope)(s.z) / s.z * s.inner),
 ];
 
-/// The first mistakes of the list are likelier than a wrong constant factor.
+/// Number of mistakes at the start of the list that are likelier than a wrong constant factor.
 const INNER: usize = 2;
 const DEGREES: &str = "looks like degrees instead of radians: {z} in the derivative of {y}";
 
@@ -95,7 +95,7 @@ impl<'e> Chain<'e> {
         Some(chain)
     }
 
-    /// Single uses, all uses of a node, and one factor of all products of a sum; those in the last steps of the formula first.
+    /// Sets of links to test: single uses, all uses of a node, one factor of all products of a sum; the last steps of the formula first.
     fn cuts(&self) -> Vec<Vec<Link>> {
         let uses = |&y: &Node| arguments(self.graph.expression(y)).map(move |z| Link { y, z });
         let links: Vec<Link> = self.nodes.iter().flat_map(uses).collect();
@@ -132,7 +132,7 @@ impl<'e> Chain<'e> {
         for &y in self.nodes.iter().rev() {
             for z in arguments(graph.expression(y)) {
                 let slope = slope(graph, &values, Link { y, z }, values[z.index()]);
-                // A slope may be infinite beside what does not count.
+                // A slope may be infinite where it has no effect.
                 let times = |x: f64| if x == 0.0 { 0.0 } else { slope * x };
                 (0..rows).for_each(|i| backward[(i, z.index())] += times(backward[(i, y.index())]));
             }
@@ -151,12 +151,12 @@ impl<'e> Chain<'e> {
         }
     }
 
-    /// A step that was left out, has another sign or factor or is there alone, or whose factors are wrong.
+    /// Diagnosis of a step that is missing, has a wrong sign or factor, is the only one present, or has wrong factors.
     pub(super) fn wrong_step(&self, mask: &Mask) -> Option<Diagnosis> {
         let scaled = |cut: &'_ Vec<Link>| mask.multiple(|p, e| mask.truth(p, e), self.term(cut, &self.sweeps));
         let scaled: Vec<(&Vec<Link>, f64)> = self.cuts.iter().filter_map(|cut| Some((cut, scaled(cut)?))).collect();
         let with = |wanted: f64| scaled.iter().find(move |(_, c)| (c - wanted).abs() < SAME);
-        // The innermost steps first: their texts are the shortest.
+        // The innermost steps come first, because their texts are the shortest.
         let steps = || self.cuts.iter().rev().filter(|cut| cut.len() == 1).map(|cut| &cut[0]);
         let replaced = |wrong: &Wrong| steps().find_map(|link| self.replaced(mask, link, wrong));
         let likely = || scaled.iter().find(|(_, c)| likely_name(mask.of, 1.0 + c).is_some());
@@ -170,7 +170,7 @@ impl<'e> Chain<'e> {
             .or_else(|| WRONG[INNER..].iter().find_map(replaced))
     }
 
-    /// A step with any constant factor, or an inner derivative that is wrong in one use of several.
+    /// Diagnosis of a step with any constant factor, or of an inner derivative that is wrong in one of several uses.
     pub(super) fn unlikely_step(&self, mask: &Mask) -> Option<Diagnosis> {
         let scaled = |cut: &Vec<Link>| {
             let term = self.term(cut, &self.sweeps);
@@ -192,10 +192,10 @@ impl<'e> Chain<'e> {
         }
     }
 
-    /// A step that is there without all others.
+    /// Diagnosis if only this step is present.
     fn alone(&self, mask: &Mask, cut: &[Link]) -> Option<Diagnosis> {
         let half = self.rule(cut).map_or("terms are missing".into(), |rule| format!("half of the {rule} rule is missing"));
-        let text = || format!("{half}: nothing is there but the derivative of {},", self.name(cut));
+        let text = || format!("{half}: only the derivative of {} is present,", self.name(cut));
         mask.explains(self.term(cut, &self.sweeps)).then(|| mask.says(Mistake::TermMissing, text()))
     }
 
@@ -207,7 +207,7 @@ impl<'e> Chain<'e> {
         }
     }
 
-    /// "z in y", or z alone for all of its uses.
+    /// Name of a cut: "z in y", or z alone for all of its uses.
     fn name(&self, cut: &[Link]) -> String {
         let of = |link: &Link| match (self.text(link.z), self.text(link.y)) {
             (z, y) if z == y => z,
@@ -236,7 +236,7 @@ impl<'e> Chain<'e> {
         (fits && mask.explains(expected)).then(|| mask.says(*mistake, says()))
     }
 
-    /// A step with one argument mistaken for another, while all others are right.
+    /// Diagnosis of a step in which one argument is mistaken for another, while all other steps are right.
     pub(super) fn confused_step(&self, mask: &Mask) -> Option<Diagnosis> {
         let inputs: Vec<Expression> = self.nodes.iter().map(|&node| self.graph.expression(node)).collect();
         let used = |confusion: &Confusion| inputs.contains(&Expression::Input(confusion.argument as u32));
@@ -246,7 +246,7 @@ impl<'e> Chain<'e> {
                 change(&mut x);
                 self.sweep(&x)
             };
-            // Most are wrong at the first point already.
+            // Most confusions fail at the first point already.
             let (here, first, mut all) = (&self.sweeps, [moved(0)], Vec::new());
             self.cuts.iter().find_map(|cut| {
                 let (old, new) = (self.term(cut, here), self.term(cut, &first));
@@ -262,14 +262,14 @@ impl<'e> Chain<'e> {
         })
     }
 
-    /// The values of all nodes at other points, by name, the arguments first.
+    /// Names of all nodes and their values at other points; the arguments come first.
     pub(super) fn quantities(&self, points: &[(Vec<f64>, bool)]) -> Vec<(String, Vec<f64>)> {
         let values: Vec<Vec<f64>> = points.iter().map(|(x, _)| self.graph.evaluate(&[], x)).collect();
         let at = |node: &Node| values.iter().map(|values| values[node.index()]).collect();
         self.nodes.iter().map(|node| (self.text(*node), at(node))).collect()
     }
 
-    /// A node as people write it, shortened if it is long.
+    /// A node in mathematical notation, shortened if it is long.
     fn text(&self, node: Node) -> String {
         let texts = (1..8).rev().map(|depth| self.text_to(node, depth));
         texts.into_iter().find(|text| text.chars().count() <= LONG).unwrap_or_else(|| "an intermediate result".into())
@@ -303,18 +303,18 @@ impl<'e> Chain<'e> {
 }
 
 impl Sweep {
-    /// ∂f/∂y of a row.
+    /// ∂f/∂y in a row.
     fn outer(&self, link: &Link, row: usize) -> f64 {
         self.backward[(row, link.y.index())]
     }
 
-    /// ∂z/∂x of a column.
+    /// ∂z/∂x in a column.
     fn inner(&self, link: &Link, column: usize) -> f64 {
         self.forward[(link.z.index(), column)]
     }
 }
 
-/// The nodes that a sum is the sum of, but for their signs.
+/// The nodes of which a sum consists, without their signs.
 fn terms(graph: &Graph, y: Node) -> Vec<Node> {
     match graph.expression(y) {
         Expression::Add(a, b) | Expression::Subtract(a, b) => [terms(graph, a), terms(graph, b)].concat(),
@@ -324,13 +324,13 @@ fn terms(graph: &Graph, y: Node) -> Vec<Node> {
     }
 }
 
-/// The nodes that it is made of, each once.
+/// The arguments of an expression, without duplicates.
 fn arguments(expression: Expression) -> impl Iterator<Item = Node> {
     let mut last = None;
     expression.arguments().filter(move |&z| last.replace(z) != Some(z))
 }
 
-/// ∂y/∂z, where z has this value and all other nodes have theirs.
+/// ∂y/∂z for a given value of z and the recorded values of all other nodes.
 fn slope(graph: &Graph, values: &[f64], Link { y, z }: Link, value: f64) -> f64 {
     if y == z {
         return 1.0;

@@ -9,14 +9,14 @@ pub(super) fn transposed(mask: &Mask) -> Option<Diagnosis> {
         return None;
     }
     if mask.explains(|p, (i, j)| 0.5 * (mask.truth(p, (i, j)) + mask.truth(p, (j, i)))) {
-        return Some(mask.says(Mistake::Transposed, "only the symmetric part is there"));
+        return Some(mask.says(Mistake::Transposed, "only the symmetric part is present"));
     }
     let sign = mask.up_to_sign(|p, (i, j)| mask.truth(p, (j, i)))?;
     let word = if sign > 0.0 { "transposed" } else { "transposed, with the sign flipped," };
     Some(mask.says(Mistake::Transposed, word))
 }
 
-/// Two rows, or two columns, exchanged: undoing it makes everything right.
+/// Diagnosis of two exchanged rows or columns: undoing the exchange makes everything right.
 pub(super) fn rows_or_columns(wrong: &Mask) -> Option<Diagnosis> {
     for lines in Lines::BOTH {
         let [a, b] = &wrong.by(lines)[..] else { continue };
@@ -35,7 +35,7 @@ pub(super) fn rows_or_columns(wrong: &Mask) -> Option<Diagnosis> {
     reordered(wrong.of)
 }
 
-/// All rows, or all columns, are there, in another order.
+/// Diagnosis if all rows, or all columns, are present in another order.
 fn reordered(evidence: &Evidence) -> Option<Diagnosis> {
     let order = |lines: Lines| {
         let all = Mask::all(evidence).by(lines);
@@ -50,7 +50,7 @@ fn reordered(evidence: &Evidence) -> Option<Diagnosis> {
     Some(diagnosis(Mistake::Swapped, text))
 }
 
-/// A row, column or entry that holds the values of another one.
+/// Diagnosis if a row, column or entry has the values of another one.
 pub(super) fn entries(mask: &Mask) -> Option<Diagnosis> {
     let place = mask.place();
     let (names, others) = (&mask.of.block.rows, &mask.of.block.columns);
@@ -60,7 +60,7 @@ pub(super) fn entries(mask: &Mask) -> Option<Diagnosis> {
         let (own, names) = (lines.of(one.entries[0]), lines.names(mask.of));
         let holds = |k: usize| mask.explains(|p, e| mask.truth(p, lines.entry_in(k, e)));
         if let Some(k) = (0..names.len()).find(|&k| k != own && holds(k)) {
-            return says(format!("{place} stand the values of the {} of {}", lines.word(), names[k]));
+            return says(format!("the values of the {} of {} are {place}", lines.word(), names[k]));
         }
     }
     if let [a, b] = mask.entries[..]
@@ -73,7 +73,7 @@ pub(super) fn entries(mask: &Mask) -> Option<Diagnosis> {
     for (k, l) in Mask::all(mask.of).entries.into_iter().filter(|&e| e != (i, j) && (e.0 == i || e.1 == j)) {
         let varies = mask.of.at.windows(2).any(|at| at[0].truth[(k, l)] != at[1].truth[(k, l)]);
         if varies && mask.explains(|p, _| mask.truth(p, (k, l))) {
-            return says(format!("{place} stands the value of d({})/d({})", names[k], others[l]));
+            return says(format!("the value of d({})/d({}) is {place}", names[k], others[l]));
         }
     }
     None

@@ -8,10 +8,10 @@ use crate::check::report::{Diagnosis, Mistake};
 
 /// Two numbers are the same factor if they differ by less than this.
 const SAME: f64 = 1e-7;
-/// A factor nearer to 1 than this is a matter of digits.
+/// A factor nearer to 1 than this is a lack of digits.
 const NEARLY_ONE: f64 = 1e-3;
 
-/// Whether the true values are zero in these entries.
+/// True if the true values of these entries are zero.
 fn is_zero(mask: &Mask) -> bool {
     mask.of.at.iter().all(|at| mask.entries.iter().all(|&e| at.truth[e].abs() <= at.tolerance[e]))
 }
@@ -35,14 +35,14 @@ fn constant_factor(mask: &Mask) -> Option<f64> {
     mask.multiple(|_, _| 0.0, |p, e| mask.truth(p, e))
 }
 
-/// A constant factor that people are likely to forget.
+/// Diagnosis of a constant factor that is often forgotten.
 pub(super) fn likely(mask: &Mask) -> Option<Diagnosis> {
     let c = constant_factor(mask)?;
     let name = likely_name(mask.of, c)?;
     Some(mask.says(Mistake::Factor, format!("constant factor {name}")))
 }
 
-/// Any constant factor. Of several constants, each is a multiple of its true value, which says nothing.
+/// Diagnosis of any constant factor. Constant entries are always multiples of their true values, which is no evidence.
 pub(super) fn constant(mask: &Mask) -> Option<Diagnosis> {
     let c = constant_factor(mask)?;
     let is_all = || mask.entries == Mask::wrong(mask.of).entries;
@@ -90,7 +90,7 @@ const POSSIBLE: [(f64, &str); 9] = [
     (FRAC_PI_2, "π/2"),
 ];
 
-/// "2", "½", "γ (here 100)", "−1/`mass` (here −1.25)", or more than one of them.
+/// Name of a factor: "2", "½", "γ (here 100)", "−1/`mass` (here −1.25)", or two of them.
 fn name(evidence: &Evidence, c: f64, plain: &[(f64, &str)]) -> Option<String> {
     let same = |x: f64| (c.abs() / x.abs() - 1.0).abs() < SAME;
     let signed = |x: f64, name: String| if c * x < 0.0 { format!("−{name}") } else { name };
@@ -111,7 +111,7 @@ fn name(evidence: &Evidence, c: f64, plain: &[(f64, &str)]) -> Option<String> {
     }
 }
 
-/// The factor c_p of every point with hand = c_p · true, if there is one.
+/// The factors c_p with hand = c_p · true at every point p, if there are any.
 fn factors(mask: &Mask) -> Option<Vec<f64>> {
     let factor = |p: usize| {
         let at = mask.of.at[p];
@@ -124,9 +124,9 @@ fn factors(mask: &Mask) -> Option<Vec<f64>> {
     (factors.len() > 1 && factors.iter().all(|c| c.is_finite()) && fits()).then_some(factors)
 }
 
-/// A factor that is the value of an argument, its square or its inverse.
+/// Diagnosis of a factor that is an argument, its square or its inverse.
 pub(super) fn argument(mask: &Mask) -> Option<Diagnosis> {
-    // Nothing is multiplied by 1, which some arguments may be.
+    // A factor 1 is no mistake, and some arguments may be 1.
     let factors = factors(mask).filter(|all| all.iter().any(|c| (c.abs() - 1.0).abs() > NEARLY_ONE))?;
     let constant = |k: usize, power: i32| {
         let c = |p: usize| factors[p] / mask.of.at[p].x[k].powi(power);
@@ -141,19 +141,19 @@ pub(super) fn argument(mask: &Mask) -> Option<Diagnosis> {
             let number = if is_one { Some(String::new()) } else { likely_name(mask.of, c.abs()).map(|c| c + " ") };
             if let Some(number) = number {
                 let minus = if c < 0.0 { "−" } else { "" };
-                return Some(mask.says(Mistake::Factor, format!("factor {minus}{number}{word}{name} too much")));
+                return Some(mask.says(Mistake::Factor, format!("superfluous factor {minus}{number}{word}{name}")));
             }
         }
     }
     None
 }
 
-/// Proportional to the true values by a factor that differs from point to point.
+/// Diagnosis of a factor that differs from point to point.
 pub(super) fn varying(mask: &Mask) -> Option<Diagnosis> {
     let factors = factors(mask)?;
-    // With one entry any values have some ratio.
+    // Any values of a single entry have some ratio.
     let proportional = mask.entries.iter().filter(|&&e| mask.of.at.iter().any(|at| at.truth[e] != 0.0)).count() > 1;
     let range = factors.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &c| (a.min(c), b.max(c)));
-    let text = format!("a factor that is no constant ({:.4} to {:.4})", range.0, range.1);
+    let text = format!("a factor that is not constant ({:.4} to {:.4})", range.0, range.1);
     proportional.then(|| mask.says(Mistake::Factor, text))
 }

@@ -1,4 +1,4 @@
-//! Sets of entries of a block, and how people call them.
+//! Sets of entries of a block, and their names in texts.
 
 use std::cmp::Ordering;
 use std::fmt;
@@ -6,9 +6,9 @@ use std::fmt;
 use super::Evidence;
 use crate::check::report::{Diagnosis, Mistake};
 
-/// Slack on the tolerance when a guess is compared with the user's values.
+/// Factor on the tolerance when a guess is compared with the user's values.
 const SLACK: f64 = 8.0;
-/// What a guess may be off by, relative to itself, whatever the size of the entry is.
+/// Allowed error of a guess relative to itself, whatever the size of the entry.
 const ROUNDING: f64 = 1e-13;
 
 /// The rows of a block, or its columns.
@@ -29,12 +29,12 @@ impl Lines {
         [&evidence.block.rows, &evidence.block.columns][self as usize]
     }
 
-    /// The line in which an entry stands.
+    /// The row or column of an entry.
     pub(super) fn of(self, (i, j): At) -> usize {
         [i, j][self as usize]
     }
 
-    /// The entry that stands in another line at the same place.
+    /// The entry at the same position in another line.
     pub(super) fn entry_in(self, line: usize, (i, j): At) -> At {
         match self {
             Lines::Rows => (line, j),
@@ -58,7 +58,7 @@ impl<'e> Mask<'e> {
         Mask { of, entries: (0..of.rows()).flat_map(|i| (0..columns).map(move |j| (i, j))).collect() }
     }
 
-    /// Those of which this is true.
+    /// The entries for which a condition is true.
     pub(super) fn only(&self, is: impl Fn(&At) -> bool) -> Self {
         Mask { of: self.of, entries: self.entries.iter().copied().filter(is).collect() }
     }
@@ -68,7 +68,7 @@ impl<'e> Mask<'e> {
         Mask::all(of).only(|&entry| (0..of.at.len()).any(|p| of.excess(p, entry) > 1.0))
     }
 
-    /// One for each row, or column, that it has entries of.
+    /// One mask for each row, or column, that contains some of the entries.
     pub(super) fn by(&self, lines: Lines) -> Vec<Self> {
         let mut numbers: Vec<usize> = self.entries.iter().map(|&entry| lines.of(entry)).collect();
         numbers.sort_unstable();
@@ -84,8 +84,8 @@ impl<'e> Mask<'e> {
         self.of.at[p].truth[entry]
     }
 
-    /// Whether the user's values are the expected ones in these entries, at all points, and these are not just the true ones: what
-    /// hardly differs from the truth is no reason for an error that is hardly one.
+    /// True if the user's values are the expected ones in these entries, at all points, and the expected ones differ from the true ones:
+    /// a guess that equals the truth cannot explain an error that barely exceeds its tolerance.
     pub(super) fn explains(&self, expected: impl Fn(usize, At) -> f64) -> bool {
         let differs = |p: usize, &e: &At| {
             let error = (expected(p, e) - self.of.at[p].truth[e]).abs();
@@ -95,34 +95,34 @@ impl<'e> Mask<'e> {
         self.holds(&expected) && is_another()
     }
 
-    /// Whether these are the true values in these entries, at all points.
+    /// True if these are the true values in these entries, at all points.
     pub(super) fn are_true(&self, values: impl Fn(usize, At) -> f64) -> bool {
         let within = |p: usize, &e: &At| (values(p, e) - self.truth(p, e)).abs() <= SLACK * self.of.at[p].tolerance[e];
         (0..self.of.at.len()).all(|p| self.entries.iter().all(|entry| within(p, entry)))
     }
 
-    /// Whether a term has more than one value but 0: any constant is a multiple of any other.
+    /// True if the nonzero values of a term differ: any constant is a multiple of any other.
     pub(super) fn varies(&self, term: impl Fn(usize, At) -> f64) -> bool {
         let values = (0..self.of.at.len()).flat_map(|p| self.entries.iter().map(move |&e| (p, e)));
         let mut values = values.map(|(p, e)| term(p, e).abs()).filter(|x| *x > 0.0);
         values.next().is_some_and(|first| values.any(|x| (x / first - 1.0).abs() > 1e-3))
     }
 
-    /// The sign with which the expected values explain the user's, if one does.
+    /// The sign with which the expected values explain the user's, if there is one.
     pub(super) fn up_to_sign(&self, expected: impl Fn(usize, At) -> f64) -> Option<f64> {
         [1.0, -1.0].into_iter().find(|sign| self.explains(|p, e| sign * expected(p, e)))
     }
 
-    /// Whether the user's values are the expected ones in these entries, at all points.
+    /// True if the user's values are the expected ones in these entries, at all points.
     pub(super) fn holds(&self, expected: impl Fn(usize, At) -> f64) -> bool {
         (0..self.of.at.len()).all(|p| self.holds_at(p, |e| expected(p, e)))
     }
 
-    /// Whether they are at one point.
+    /// True if the user's values are the expected ones in these entries, at one point.
     pub(super) fn holds_at(&self, p: usize, expected: impl Fn(At) -> f64) -> bool {
         self.entries.iter().all(|&e| {
             let x = expected(e);
-            // A multiple of the true value has a multiple of its rounding, and another entry's value the rounding of that.
+            // A multiple of the true value has a multiple of its rounding error, and the value of another entry has that entry's rounding error.
             let grown = (x / self.of.at[p].truth[e]).abs().max(1.0);
             let grown = if grown.is_finite() { grown } else { 1.0 };
             let within = (grown * self.of.at[p].tolerance[e]).max(ROUNDING * x.abs());
@@ -130,7 +130,7 @@ impl<'e> Mask<'e> {
         })
     }
 
-    /// The c with hand = base + c · term, if there is one: of the least squares, in units of the entries' sizes.
+    /// The least-squares solution c of hand = base + c · term, in units of the entries' sizes; `None` if it does not fit.
     pub(super) fn multiple(&self, base: impl Fn(usize, At) -> f64, term: impl Fn(usize, At) -> f64) -> Option<f64> {
         let product = |a: &dyn Fn(usize, At) -> f64| {
             let one = |p: usize, &e: &At| {
@@ -143,12 +143,12 @@ impl<'e> Mask<'e> {
         (c.is_finite() && self.explains(|p, e| base(p, e) + c * term(p, e))).then_some(c)
     }
 
-    /// The text and where that is.
+    /// Diagnosis with a text to which the place is added.
     pub(super) fn says(&self, mistake: Mistake, text: impl fmt::Display) -> Diagnosis {
         Diagnosis { mistake, text: format!("{text} {}", self.place()) }
     }
 
-    /// "in the whole block", "in row …", "in the entry …": for the end of a sentence.
+    /// Place of the entries for the end of a sentence: "in the whole block", "in the row of …", "in d(…)/d(…)".
     pub(super) fn place(&self) -> String {
         let (rows, columns) = (&self.of.block.rows, &self.of.block.columns);
         if self.entries.len() == rows.len() * columns.len() {

@@ -1,4 +1,4 @@
-//! What a difference looks like: tries the mistakes that people make, from the simplest to the least specific.
+//! Diagnosis of a difference: tries common mistakes, from the simplest to the least specific.
 //!
 //! Every guess must reproduce the user's values to the tolerance of the comparison at all points, so a guess that
 //! holds is hardly a coincidence. Guesses are tried on the whole block, then on its wrong entries, then on the wrong entries
@@ -20,12 +20,12 @@ use super::report::{Diagnosis, Mistake};
 use chain::Chain;
 use mask::{At, Lines, Mask};
 
-/// More wrong entries than this are not looked at one by one.
+/// Blocks with more wrong entries than this are not diagnosed entry by entry.
 const MOST_SINGLE: usize = 6;
-/// A block with more wrong rows than this is only split if all of them have an explanation.
+/// Blocks with more wrong rows than this are only split if all of them have an explanation.
 const MOST_SPLIT: usize = 3;
 
-/// A block at the points where it is judged.
+/// A block with the points at which it is judged.
 pub(crate) struct Evidence<'a> {
     pub block: &'a Block<'a>,
     pub setting: &'a Setting<'a>,
@@ -33,7 +33,7 @@ pub(crate) struct Evidence<'a> {
 }
 
 impl Evidence<'_> {
-    /// The first points, and the worst of the others.
+    /// Keeps the first points, and the worst of the others.
     pub(crate) fn with_worst(mut self, first: usize, most: usize) -> Self {
         let all = Mask::all(&self).entries;
         let worst = |p: usize| all.iter().map(|&entry| self.excess(p, entry)).fold(0.0, f64::max);
@@ -44,7 +44,7 @@ impl Evidence<'_> {
         self
     }
 
-    /// |hand − true| relative to its tolerance; more than 1 is wrong.
+    /// |hand − true| relative to its tolerance; an entry is wrong if this exceeds 1.
     pub(crate) fn excess(&self, p: usize, entry: At) -> f64 {
         match self.difference(p, entry).abs() {
             0.0 => 0.0,
@@ -65,7 +65,7 @@ impl Evidence<'_> {
         self.block.columns.len()
     }
 
-    /// The true block where the points have a change.
+    /// The true block at changed points.
     fn truth_at(&self, change: &dyn Fn(&mut [f64])) -> Vec<DMatrix<f64>> {
         let truth = |at: &&Place| {
             let mut x = at.x.clone();
@@ -75,25 +75,25 @@ impl Evidence<'_> {
         self.at.iter().map(truth).collect()
     }
 
-    /// Whether there are groups of arguments, and few enough to try all of them one by one.
+    /// True if there are groups of arguments, and few enough arguments to try all of them one by one.
     fn is_small(&self) -> bool {
         !self.setting.groups.is_empty() && self.setting.arguments.len() <= 48
     }
 }
 
-/// Wrong numbers of rows and columns.
+/// Diagnosis of wrong numbers of rows and columns.
 pub(crate) fn shape(evidence: &Evidence) -> Option<Diagnosis> {
     let Place { hand, truth, .. } = evidence.at.iter().find(|at| at.hand.shape() != at.truth.shape())?;
     let ((rows, columns), (r, c)) = (hand.shape(), truth.shape());
     if rows == 1 && columns == 1 && hand[0].is_nan() {
-        return Some(diagnosis(Mistake::NotFinite, "no matrix was given, but NaN alone".into()));
+        return Some(diagnosis(Mistake::NotFinite, "the given value is NaN instead of a matrix".into()));
     }
     let sizes = format!("{rows}×{columns} instead of {r}×{c}");
     let is_turned = (rows, columns) == (c, r);
     Some(if is_turned && (hand.transpose() - truth).amax() <= 1e-9 * truth.amax() {
         diagnosis(Mistake::Transposed, format!("transposed: {sizes}, with the right values"))
     } else if is_turned {
-        diagnosis(Mistake::Shape, format!("{sizes}: transposed, and wrong in its values too"))
+        diagnosis(Mistake::Shape, format!("{sizes}: transposed, and with wrong values"))
     } else {
         diagnosis(Mistake::Shape, sizes)
     })
@@ -103,7 +103,7 @@ fn diagnosis(mistake: Mistake, text: String) -> Diagnosis {
     Diagnosis { mistake, text }
 }
 
-/// What the differences look like.
+/// Diagnoses of all differences of a block.
 pub(crate) fn diagnose(evidence: &Evidence) -> Vec<Diagnosis> {
     let (wrong, chain) = (&Mask::wrong(evidence), &Chain::record(evidence));
     if let Some(found) = known(wrong, chain).or_else(|| vague(wrong)) {
@@ -129,7 +129,7 @@ fn known(wrong: &Mask, chain: &Option<Chain>) -> Option<Diagnosis> {
     not_finite(wrong).or_else(|| whole(wrong)).or_else(|| sides::one_sided(wrong, chain)).or_else(|| part(wrong, chain))
 }
 
-/// Few open questions first, then few mistakes.
+/// Rank of a set of diagnoses: few unexplained mistakes come first, then few mistakes.
 fn badness(found: &[Diagnosis]) -> (usize, usize) {
     (found.iter().filter(|d| d.mistake == Mistake::Unexplained).count(), found.len())
 }
@@ -170,7 +170,7 @@ fn part(mask: &Mask, chain: &Option<Chain>) -> Option<Diagnosis> {
         .or_else(|| terms::of_other_blocks(mask))
 }
 
-/// What differences have in common where no mistake explains them.
+/// Common property of differences that no mistake explains.
 fn vague(mask: &Mask) -> Option<Diagnosis> {
     factor::varying(mask).or_else(|| terms::few_digits(mask))
 }

@@ -1,4 +1,4 @@
-//! Blocks that are wrong on one side of a threshold only: where an argument is negative, or beyond an end stop.
+//! Blocks that are wrong on one side of a threshold only, for example where an argument is negative, or beyond an end stop.
 
 use super::chain::Chain;
 use super::mask::Mask;
@@ -7,14 +7,14 @@ use crate::check::matrix::fitting;
 use crate::check::random::Random;
 use crate::check::report::{Diagnosis, Mistake};
 
-/// So many more points are drawn, each with the arguments of two others.
+/// Number of additional points, each with arguments of two others.
 const MIXED: usize = 64;
-/// The odds against a coincidence that a threshold needs, for every quantity and side that was tried.
+/// Required odds against a coincidence, for every quantity and side that is tried.
 const ODDS: f64 = 1e3;
-/// An error is one if it exceeds its tolerance by this factor, and none below 1; points between are left out.
+/// An error above this multiple of its tolerance is certain, one below 1 is none, and points between are left out.
 const CLEAR: f64 = 100.0;
 
-/// The quantity and the side on which alone a block is wrong, and what the mistake is there.
+/// Diagnosis of a block that is wrong on one side of a threshold only, with the mistake there.
 pub(super) fn one_sided(mask: &Mask, chain: &Option<Chain>) -> Option<Diagnosis> {
     let evidence = mask.of;
     let is_wrong = |p: usize| mask.entries.iter().any(|&entry| evidence.excess(p, entry) > 1.0);
@@ -35,7 +35,7 @@ pub(super) fn one_sided(mask: &Mask, chain: &Option<Chain>) -> Option<Diagnosis>
     Some(diagnosis(Mistake::OneSided, format!("wrong only where {side}: {text}")))
 }
 
-/// Points with the arguments of two others, and whether the block is wrong there.
+/// Points with arguments of two others, each with `true` if the block is wrong there.
 fn mixed(evidence: &Evidence) -> Vec<(Vec<f64>, bool)> {
     let Evidence { block, setting, at } = evidence;
     let random = &mut Random::new(setting.seed ^ 0x51de);
@@ -56,10 +56,10 @@ fn mixed(evidence: &Evidence) -> Vec<(Vec<f64>, bool)> {
     (0..MIXED).filter_map(mix).collect()
 }
 
-/// "`v` < 0": the quantity that separates the wrong points from the right ones, if that is no coincidence.
+/// "`v` < 0": the quantity that separates the wrong points from the right ones, if a coincidence is unlikely.
 fn threshold(evidence: &Evidence, chain: &Option<Chain>, points: &[(Vec<f64>, bool)]) -> Option<String> {
     let (all, wrong) = (points.len(), points.iter().filter(|(_, wrong)| *wrong).count());
-    // The number of ways to choose the wrong ones among all.
+    // Number of ways to choose the wrong points among all.
     let ways: f64 = (0..wrong.min(all - wrong)).map(|k| (all - k) as f64 / (k + 1) as f64).product();
     let names = evidence.setting.arguments.iter().enumerate().filter(|(_, name)| !name.is_empty());
     let arguments = names.flat_map(|(k, name)| {

@@ -1,4 +1,4 @@
-//! Sums with a term too few, too many, or wrong.
+//! Sums with a term that is missing, superfluous or wrong.
 
 use nalgebra::DMatrix;
 
@@ -9,7 +9,7 @@ use crate::check::place::Place;
 use crate::check::plan::MatrixAt;
 use crate::check::report::{Diagnosis, Mistake};
 
-/// Errors below this fraction may be a matter of digits.
+/// Errors below this fraction may be a lack of digits.
 const FEW: f64 = 1e-3;
 /// Two numbers are the same coefficient if they differ by less than this.
 const SAME: f64 = 1e-6;
@@ -18,12 +18,12 @@ fn values(mask: &Mask, matrix: &MatrixAt) -> Vec<DMatrix<f64>> {
     mask.of.at.iter().map(|at| matrix(&at.x)).collect()
 }
 
-/// Whether the difference is a multiple of a term that the true value is the sum of.
+/// Diagnosis if the difference is a multiple of a term of the true value.
 pub(super) fn named(mask: &Mask) -> Option<Diagnosis> {
     let terms = mask.of.block.terms.iter().map(|(name, matrix)| (name, values(mask, matrix)));
     let fitting: Vec<_> = terms.filter_map(|(name, term)| Some((name, coefficient(mask, &term)?))).collect();
     let simple = fitting.iter().find(|(_, c)| [-1.0, 1.0, -2.0].iter().any(|s| (c - s).abs() < SAME));
-    // A small multiple of a term is a matter of digits.
+    // A small multiple of a term is a lack of digits.
     let any = || fitting.first().filter(|_| few_digits(mask).is_none());
     if let Some((name, c)) = simple.or_else(any) {
         return Some(describe(mask, name, *c));
@@ -31,7 +31,7 @@ pub(super) fn named(mask: &Mask) -> Option<Diagnosis> {
     turned(mask)
 }
 
-/// Whether the difference is a multiple of something that does not belong there.
+/// Diagnosis if the difference is a multiple of a matrix that does not belong to the block.
 pub(super) fn of_other_blocks(mask: &Mask) -> Option<Diagnosis> {
     if few_digits(mask).is_some() {
         return None;
@@ -43,7 +43,7 @@ pub(super) fn of_other_blocks(mask: &Mask) -> Option<Diagnosis> {
     })
 }
 
-/// A named term that was evaluated elsewhere, while all others were not.
+/// Diagnosis if one named term was evaluated at another point than the others.
 pub(super) fn displaced(mask: &Mask) -> Option<Diagnosis> {
     mask.of.block.terms.iter().find_map(|(name, matrix)| {
         let here = values(mask, matrix);
@@ -60,7 +60,7 @@ pub(super) fn displaced(mask: &Mask) -> Option<Diagnosis> {
     })
 }
 
-/// A named term that was transposed.
+/// Diagnosis if a named term was transposed.
 fn turned(mask: &Mask) -> Option<Diagnosis> {
     if mask.of.rows() != mask.of.columns() {
         return None;
@@ -91,7 +91,7 @@ pub(super) fn describe(mask: &Mask, name: &str, c: f64) -> Diagnosis {
     let (mistake, words) = if is(-1.0) {
         (Mistake::TermMissing, "term missing".into())
     } else if is(1.0) {
-        (Mistake::TermWrong, "once too often".into())
+        (Mistake::TermWrong, "term counted twice".into())
     } else if is(-2.0) {
         (Mistake::TermWrong, "sign of a term flipped".into())
     } else {
@@ -100,7 +100,7 @@ pub(super) fn describe(mask: &Mask, name: &str, c: f64) -> Diagnosis {
     mask.says(mistake, format!("{words}: {name},"))
 }
 
-/// Whether the matrix is the right value of something else.
+/// Diagnosis if the matrix is the true value of another block.
 pub(super) fn other_block(mask: &Mask) -> Option<Diagnosis> {
     let is = |(name, matrix): &(String, MatrixAt)| {
         let values = values(mask, matrix);
@@ -114,7 +114,7 @@ pub(super) fn other_block(mask: &Mask) -> Option<Diagnosis> {
     mask.of.block.others.iter().find_map(is)
 }
 
-/// Whether the difference is the part of the true value that comes from one argument: true(x) − true(x with that argument 0).
+/// Diagnosis if the difference is a multiple of the part due to one argument: true(x) − true(x with this argument 0).
 pub(super) fn of_arguments(mask: &Mask) -> Option<Diagnosis> {
     let Evidence { setting, at, .. } = mask.of;
     if !mask.of.is_small() {
@@ -123,7 +123,7 @@ pub(super) fn of_arguments(mask: &Mask) -> Option<Diagnosis> {
     let groups = &setting.groups;
     let single = groups.iter().flat_map(|(_, range)| range.clone().map(|k| (setting.arguments[k].clone(), k..k + 1)));
     let several = groups.iter().filter(|(_, range)| range.len() > 1).map(|(name, range)| (name.clone(), range.clone()));
-    // Coordinates come last: they enter nonlinearly, and seldom make a term.
+    // Coordinates come last: they enter nonlinearly and seldom form a term.
     let mut candidates: Vec<_> = single.chain(several).collect();
     let coordinates = groups.iter().find(|(name, _)| name == "q").map_or(0..0, |(_, range)| range.clone());
     candidates.sort_by_key(|(_, range)| coordinates.contains(&range.start));
@@ -135,19 +135,19 @@ pub(super) fn of_arguments(mask: &Mask) -> Option<Diagnosis> {
             Some((name, coefficient(mask, &term)?))
         })
         .collect();
-    // A term left out is likelier than one with another factor, even where both fit.
+    // A missing term is likelier than one with another factor, even if both fit.
     let with = |wanted: f64| fitting.iter().find(move |(_, c)| (c - wanted).abs() < SAME);
     let (name, c) = with(-1.0).or_else(|| with(-2.0)).or_else(|| with(1.0))?;
     Some(describe(mask, &format!("the part that comes from {name}"), *c))
 }
 
-/// Right in the leading digits.
+/// Diagnosis of values that are right in the leading digits only.
 pub(super) fn few_digits(mask: &Mask) -> Option<Diagnosis> {
     let errors =
         |at: &Place| mask.entries.iter().map(|&e| (at.hand[e] - at.truth[e]).abs() / at.scale[e]).fold(0.0, f64::max);
     let worst = mask.of.at.iter().map(|at| errors(at)).fold(0.0, f64::max);
     let digits = digits(worst);
-    // Its place stands in the middle.
+    // The place is in the middle of the text.
     let few = mask.says(Mistake::FewDigits, format!("right to {digits} digits only"));
     let text = few.text + ": a constant with too few digits, a difference quotient, or a small term missing";
     (worst < FEW).then_some(Diagnosis { text, ..few })

@@ -1,4 +1,4 @@
-//! The tables of derivatives: what each kind of element is a function of, and what of it is differentiated by what.
+//! Tables of derivatives: the function of each kind of element, and the blocks derived from it.
 
 use super::super::formula::{Derived, Function};
 use super::super::matrix::Matrix;
@@ -7,7 +7,7 @@ use super::{Derivative, ElementCheck, Rows};
 use crate::model::element::{CostPoint, ForcePoint};
 use crate::{Constraint, Cost, Force, KineticEnergy, PotentialEnergy, Scalar};
 
-/// A method for each block of an element's function: its name, and what is differentiated by what.
+/// Defines a method for each block of an element's function: its name, and the derivative.
 macro_rules! blocks {
     ($function:ident, $point:ty; $($(#[$doc:meta])* $method:ident: $derivative:expr;)*) => {
         $($(#[$doc])*
@@ -128,7 +128,7 @@ where
     ElementCheck::new(cost, "cost", b)
 }
 
-/// f itself; f_q or (σᵀ f)_q, and T_v = M v.
+/// f itself; f_q or (σᵀ f)_q; and T_v = M v.
 const VALUE: Derived = Derived { rate: &[], gradient: None };
 const GRADIENT: Derived = Derived { gradient: Some(Part::Q), ..VALUE };
 const MOMENTUM: Derived = Derived { gradient: Some(Part::V), ..VALUE };
@@ -230,7 +230,7 @@ impl<'a, E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Elem
     }
 }
 
-/// h differentiated by a part of the arguments, for which one as long may have been taken.
+/// h differentiated with respect to one kind of argument; the alternatives are other kinds of the same length.
 fn by(places: Places, name: &'static str, by: Part) -> Derivative {
     let states = [("h_q", Part::Q), ("h_v", Part::V), ("h_p*", Part::PStar), ("h_ṗ*", Part::PStarDot), ("h_v̇", Part::VDot)];
     let alike = |part: Part| part != by && places.of(part).len() == places.of(by).len();

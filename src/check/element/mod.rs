@@ -1,4 +1,4 @@
-//! Hand-derived derivatives of one element, without any scene.
+//! Checks of hand-derived derivatives of one element, without a scene.
 
 mod blocks;
 
@@ -30,17 +30,17 @@ pub struct ElementCheck<'a, E, const N: usize, const M: usize, const K: usize, c
     constants: Vec<String>,
     magnitudes: Point<N, M, K, P>,
     given: Vec<Point<N, M, K, P>>,
-    /// The number of random points, if it was asked for.
+    /// Number of random points, if it was set.
     count: Option<usize>,
     seed: u64,
     spread: f64,
     tolerance: f64,
     admissible: Box<dyn Fn(&Point<N, M, K, P>) -> bool + 'a>,
-    /// Each with what its rows are.
+    /// The blocks, each with the kind of its rows.
     blocks: Vec<(Rows, Block<'a>)>,
 }
 
-/// What the rows of a block are: what has a name, and what stands before it.
+/// Kind of the rows of a block, with the prefix of their names.
 enum Rows {
     Equations(&'static str),
     Coordinates(&'static str),
@@ -51,7 +51,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     const PLACES: Places = Point::<N, M, K, P>::PLACES;
 
     fn new(element: &'a E, kind: &str, b: [f64; P]) -> Self {
-        // Without the module that it stands in, and what it is generic over.
+        // Without the path of the module and the generic parameters.
         let name =
             std::any::type_name::<E>().split('<').next().and_then(|path| path.rsplit("::").next()).unwrap_or_default();
         let numbered = |name: &str, count: usize| (0..count).map(|i| format!("{name}[{i}]")).collect();
@@ -210,7 +210,7 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
         draw(self.given.iter().map(Point::list).collect(), (self.count, self.seed), &signed, fresh, usable)
     }
 
-    /// The names of all arguments, in the order of their list; the value of a function has none.
+    /// Names of all arguments, in the order of their list; the last one, the factor 1, has an empty name.
     fn arguments(&self) -> Vec<String> {
         let states = prefixed(["", "v of ", "p* of ", "ṗ* of ", "v̇ of "], &self.coordinates);
         let multipliers = prefixed(["σ of ", "λ of "], &self.equations);
@@ -239,23 +239,23 @@ impl<'a, E, const N: usize, const M: usize, const K: usize, const P: usize> Elem
     }
 }
 
-/// All names behind each prefix.
+/// All names with each prefix.
 fn prefixed<const L: usize>(prefixes: [&str; L], names: &[String]) -> Vec<String> {
     prefixes.iter().flat_map(|prefix| names.iter().map(move |name| format!("{prefix}{name}"))).collect()
 }
 
-/// A row of an element's table of derivatives: its name, what is differentiated by what.
+/// A row of an element's table of derivatives: its name, the differentiated quantity and the variable.
 struct Derivative {
     name: &'static str,
     rows: Rows,
     derived: Derived,
     by: Part,
-    /// Terms that it is the sum of, and blocks that it may be mistaken for.
+    /// Terms of which the derivative is the sum, and blocks for which it may be mistaken.
     terms: &'static [Named],
     others: Vec<Named>,
 }
 
-/// A name, and what is differentiated by what.
+/// A name, the differentiated quantity and the variable.
 type Named = (&'static str, Derived, Part);
 
 impl Derivative {

@@ -23,17 +23,17 @@ pub enum Part {
 impl Part {
     const ALL: [Part; 5] = [Part::Controls, Part::Design, Part::Coordinates, Part::Rates, Part::Steps];
 
-    /// Those of which these inputs have any.
+    /// The parts that are not empty in these inputs.
     pub(super) fn all_of(inputs: &Inputs) -> Vec<Part> {
         Part::ALL.into_iter().filter(|part| !part.of(inputs).is_empty()).collect()
     }
 
-    /// For reports.
+    /// Name for reports.
     pub(super) fn name(self) -> &'static str {
         ["controls", "design variables", "initial coordinates", "initial rates", "step lengths"][self as usize]
     }
 
-    /// Its numbers.
+    /// The numbers of this part of the inputs.
     pub(super) fn of(self, inputs: &Inputs) -> &[f64] {
         match self {
             Part::Controls => inputs.controls.as_slice(),
@@ -44,7 +44,7 @@ impl Part {
         }
     }
 
-    /// How many numbers it has at each node or step, if they follow each other in time.
+    /// Number of values at each node or step, for parts that are series in time.
     pub(super) fn channels(self, inputs: &Inputs) -> Option<usize> {
         match self {
             Part::Controls => Some(inputs.controls.nrows()),
@@ -53,14 +53,14 @@ impl Part {
         }
     }
 
-    /// Each of them.
+    /// All inputs of this part.
     pub(super) fn inputs(self, inputs: &Inputs) -> Vec<Input> {
         let before: usize = Part::ALL.iter().take_while(|part| **part != self).map(|part| part.of(inputs).len()).sum();
         Input::all(inputs)[before..][..self.of(inputs).len()].to_vec()
     }
 }
 
-/// A random direction in some parts, each number moving by about its size.
+/// A random direction in some parts, which changes each number by about its size.
 pub(super) fn random(sizes: &Inputs, parts: &[Part], random: &mut Random) -> Inputs {
     let mut direction = sizes.no_change();
     for &part in parts {
@@ -77,7 +77,7 @@ pub(super) fn only(inputs: &Inputs, input: Input, d: f64) -> Inputs {
     direction
 }
 
-/// Σ g_j d_j and the size that it has when its terms do not cancel, √Σ (g_j d_j)².
+/// Σ g_j d_j, and its size if its terms do not cancel, √Σ (g_j d_j)².
 pub(super) fn product(gradient: &Gradient, direction: &Inputs) -> (f64, f64) {
     let mut d = direction.clone();
     let terms = Input::all(direction).into_iter().map(|input| input.in_gradient(gradient) * *input.of(&mut d));

@@ -1,5 +1,5 @@
-//! Products of the Hessian three ways: the library's along either of two directions, and hyper-dual numbers through the whole simulation, or differences of
-//! gradients where these do not go through.
+//! Products of the Hessian computed in three ways: by the library along either of two directions, and by hyper-dual numbers through the
+//! whole simulation or, if these are not supported, by differences of gradients.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ use super::{DIFFERENCED, FIRST_STEP, Own, Part, Subject, sizes_of_inputs, warnin
 use crate::check::Input;
 use crate::{Error, Hyper, Inputs, Output, Settings, System};
 
-/// Of the largest terms, of all rows and of the gradient: what is below it is rounding, as of inputs that J is linear in.
+/// Rounding error relative to the largest terms of all rows and of the gradient; products below it, as for a linear J, count as zero.
 const ROUNDING: f64 = 1e-14;
 
 /// A check of products of the Hessian, created by [`hessian`].
@@ -22,14 +22,14 @@ pub struct HessianCheck<'a> {
     subject: Subject<'a>,
     seed: u64,
     tolerance: f64,
-    /// The user's own, with their directions.
+    /// The user's products, with their directions.
     own: Vec<(Own, Inputs)>,
 }
 
 /// Checks products of the Hessian of the system's cost at these inputs: aᵀH b for a random direction a in each part of the inputs and b in all.
 ///
-/// Hyper-dual numbers do not support costs on accelerations or reactions: their products are compared with differences of gradients, within
-/// the error of these.
+/// Hyper-dual numbers do not support costs on accelerations or reactions. The products of such costs are compared with differences of
+/// gradients, within the error of these.
 ///
 /// ```
 /// use hamiltonian_adjoint::check::{self, Part};
@@ -40,7 +40,7 @@ pub struct HessianCheck<'a> {
 /// inputs.controls.fill(10.0);
 /// check::hessian(&system, &inputs, Settings::default()).run()?.assert_passed();
 ///
-/// // A product of one's own: here one that forgets that there is a Hessian.
+/// // A product of your own, which is wrong here: the Hessian is not zero.
 /// let mut push = inputs.no_change();
 /// push.controls.fill(1.0);
 /// let check = check::hessian(&system, &inputs, Settings::default());
@@ -102,7 +102,7 @@ impl HessianCheck<'_> {
             Ok((part.name(), [along, transposed, value], size.max(other).max(value.abs()), error))
         });
         let rows = rows.collect::<Result<Vec<_>, Error>>()?;
-        // Where J is of an order above the second, its products are rounding of what it changes by nearby.
+        // If J is of third or higher order here, its products are rounding errors of its changes nearby.
         let nearby = |s: f64| (reference.beside(&all, s, |solver| solver.value_of(subject.which)) - gradient.value).abs();
         let nearby = nearby(FIRST_STEP).max(nearby(-FIRST_STEP));
         let largest = rows.iter().fold(product(&gradient, &all).1.max(nearby), |largest, row| largest.max(row.2));
@@ -165,7 +165,7 @@ impl HessianRow {
         HessianRow { name, product, transposed, reference, uncertainty, size, verdict }
     }
 
-    /// The larger relative error of both products.
+    /// The larger relative error of the two products.
     pub fn error(&self) -> f64 {
         let difference = (self.product - self.reference).abs().max((self.transposed - self.reference).abs());
         if self.size == 0.0 { 0.0 } else { difference / self.size }
@@ -216,17 +216,17 @@ impl fmt::Display for HessianReport {
         let library = self.library();
         let summary = match library {
             Verdict::NothingCompared if self.rows.iter().all(|row| row.size == 0.0) => {
-                "FAILED, because nothing was compared: it is linear in the inputs".to_string()
+                "FAILED, because nothing was compared: the function is linear in the inputs".to_string()
             }
             Verdict::NothingCompared if self.rows.iter().any(|row| row.uncertainty == f64::INFINITY) => {
-                "FAILED, because nothing was compared: no motions beside this one take the same steps, so there are no differences of \
-                 gradients; take shorter steps, of which none is halved"
+                "FAILED, because nothing was compared: no neighbouring motion uses the same steps, so differences of \
+                 gradients do not exist; use shorter steps, so that none is halved"
                     .to_string()
             }
-            Verdict::NothingCompared => "FAILED, because differences of gradients are too rough here".to_string(),
+            Verdict::NothingCompared => "FAILED, because differences of gradients are too inaccurate here".to_string(),
             other => other.to_string(),
         };
-        let own = if library == self.verdict() { "" } else { "; but see the product of your own" };
+        let own = if library == self.verdict() { "" } else { "; but see your own product" };
         writeln!(f, "products of the Hessian of {}, a·H b with b in all inputs: {summary}{own}", self.of)?;
         let way = if self.by_differences { "by differences" } else { "by hyper-dual numb." };
         writeln!(f, "  {:20}  {way:>19}  {:>9}  {:>9}   verdict", "a in", "a·(H b)", "b·(H a)")?;

@@ -1,14 +1,16 @@
 //! The dot-product identity of adjoint and tangent, at every node.
 //!
-//! a_i and b_i are what J gains per unit of q_{i−1} and p*_{i−1}, α_i and β_i what it gains per unit of v_{i−1} and ṗ*_{i−1}, through the step into
-//! node i and with the sign of the Lagrangian; of the trapezoidal rule, α = h a and β = h b. So what a change of the inputs does to the cost from node i on is, by the tangent on the left and by the adjoint on the right,
+//! a_i and b_i are the changes of J per unit of q_{i−1} and p*_{i−1}, and α_i and β_i per unit of v_{i−1} and ṗ*_{i−1}, through the step
+//! into node i and with the sign of the Lagrangian; for the trapezoidal rule, α = h a and β = h b. The change of the cost from node i on
+//! is therefore, by the tangent system on the left and by the adjoint on the right,
 //!
 //! ```text
 //!   Σ_{j ≥ i} δℓ_j  =  −(a_i·δq + α_i·δv + b_i·δp* + β_i·δṗ*)_{i−1} + Σ_{j ≥ i} (dJ/du_j)·δu_j
 //! ```
 //!
-//! for changes of controls and initial values; to which come s_i·δσ₋, of the node where the macro step of node i began, where the motion is
-//! started anew at its end, and μ e_i·δσ_{i−1} where constraints have a compliance μ. The first node, counted from the end, where it fails is where the error is.
+//! for changes of controls and initial values. If the motion is restarted at the end of the macro step of node i, s_i·δσ₋ of the node
+//! where this macro step began is added; if constraints have a compliance μ, μ e_i·δσ_{i−1} is added. The first node, counted from the
+//! end, at which the identity fails is where the error is.
 
 use num_dual::Dual64;
 
@@ -44,7 +46,7 @@ pub(super) fn identity(
     let inserted = solver.real().trajectory().inserted.clone();
     let taken = solver.real().inputs().clone();
     let refinement = Refinement::new(&taken.grid.steps, taken.grid.around[0], &inserted);
-    // With inserted nodes or stages between nodes the gradient is that of the given controls, and no sum over the nodes behind one: then they are held.
+    // With inserted nodes or stages, the gradient is that of the given controls, not a sum over later nodes: controls are then fixed.
     let are_held = !inserted.is_empty() || settings.scheme.inner() > 0 || system.has_control_rates();
     let mut direction = direction.clone();
     if are_held {
@@ -61,7 +63,7 @@ pub(super) fn identity(
     let mut sides: Vec<(usize, f64, f64, f64)> = Vec::new();
     let mut costs = CostSum::new(&refinement, CostFactors::of_one(which, system.outputs()));
     for i in (1..taken.grid.nodes()).rev() {
-        // All others have the factor 0.
+        // All other costs have the factor 0.
         motion.costs_of_step(system, (moved, &design), (&mut costs, i, i), &mut |_, term: Dual64| by_tangent += term.eps)?;
         if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));

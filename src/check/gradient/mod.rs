@@ -1,5 +1,5 @@
-//! The gradient four ways: discrete adjoint, direct differentiation, complex step, differences; with the Taylor test and the
-//! dot-product identity.
+//! Checks of the gradient in four ways (discrete adjoint, direct differentiation, complex step, differences), with the Taylor test and
+//! the dot-product identity.
 
 mod directions;
 mod hessian;
@@ -31,17 +31,17 @@ use ways::Ways;
 
 /// First step of the differences and of the Taylor test, relative to the direction.
 const FIRST_STEP: f64 = 4e-3;
-/// What differences see, beside their own error estimate.
+/// Allowed error of the differences, in addition to their own error estimate.
 const DIFFERENCED: f64 = 1e-6;
-/// The error estimate of the differences may itself be too small by this factor.
+/// Safety factor on the error estimate of the differences, which may be too small.
 const CAUTION: f64 = 30.0;
-/// Beside the largest dJ of a single input, and of a random direction, this part of it is little, and nothing.
+/// Fractions of the largest dJ of a single input, and of a random direction, to which errors are at least relative.
 const LITTLE_BESIDE: f64 = 1e-3;
 const NOTHING_BESIDE: f64 = 1e-6;
-/// Worst directions that a complete check lists.
+/// Maximum number of single inputs that a complete check lists.
 const MOST_LISTED: usize = 20;
 
-/// What derivatives are checked of: J, or an output, of a motion.
+/// The function whose derivatives are checked: J, or an output, of a motion.
 #[derive(Clone, Copy)]
 struct Subject<'a> {
     system: &'a System,
@@ -77,7 +77,7 @@ pub struct GradientCheck<'a> {
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 pub fn gradient<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) -> GradientCheck<'a> {
-    // Initial values are moved off the constraints, where a real simulation would refuse them.
+    // Moved initial values violate the constraints, which an ordinary simulation would reject.
     let settings =
         Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, keep_adjoint: true, ..settings };
     let subject = Subject { system, inputs, settings, which: 0 };
@@ -145,7 +145,7 @@ impl GradientCheck<'_> {
         let within = (ways.floor(&varied, gradient.value).0, self.tolerance);
         let identity = solver.adjoint_variables().map(|adjoint| identity(subject, &varied, (&gradient, adjoint), within));
         let identity = identity.transpose()?;
-        // Single inputs that hardly move anything leave rounding of nearly nothing.
+        // Read before single inputs are compared: those without much effect have a large relative rounding error.
         let (rounding, value) = (ways.rounding(), gradient.value);
         let (singles, worst_singles) =
             if self.complete { self.singles(&mut ways, &sizes, &gradient)? } else { Default::default() };
@@ -176,7 +176,7 @@ impl GradientCheck<'_> {
         Ok(report)
     }
 
-    /// Every input alone: how many, and the worst.
+    /// Compares every input alone; returns their number, and the worst.
     fn singles(&self, ways: &mut Ways, sizes: &Inputs, gradient: &Gradient) -> Result<(usize, Vec<DirectionReport>), Error> {
         let Subject { system, inputs, .. } = self.subject;
         let (all, mut sizes) = (Input::all(inputs), sizes.clone());
@@ -185,7 +185,7 @@ impl GradientCheck<'_> {
             let direction = only(inputs, *input, *input.of(&mut sizes));
             rows.push(ways.compare(input.name(system), &direction, gradient, self.tolerance)?);
         }
-        // A derivative that is nearly zero beside its like is no reason for alarm.
+        // A derivative that is nearly zero compared with those of the other inputs is no reason for alarm.
         judge_among(&mut rows, LITTLE_BESIDE, self.tolerance);
         let is_right = |row: &DirectionReport| row.verdict == Verdict::Right;
         rows.sort_by(|a, b| is_right(a).cmp(&is_right(b)).then(b.error().total_cmp(&a.error())));
@@ -194,26 +194,26 @@ impl GradientCheck<'_> {
     }
 }
 
-/// What a motion and its gradient have to say, in words.
+/// Warnings of a motion and its gradient, as text.
 fn warnings_of(solver: &Solver) -> Vec<String> {
     let reports = [solver.report(), solver.adjoint_report()];
     reports.iter().flat_map(|report| &report.warnings).map(ToString::to_string).collect()
 }
 
-/// Judges again, with errors relative to at least this part of the largest.
+/// Judges the rows again, with errors relative to at least this fraction of the largest.
 fn judge_among(rows: &mut [DirectionReport], part: f64, tolerance: f64) {
     let largest = rows.iter().fold(0.0f64, |m, row| m.max(row.scale()));
     rows.iter_mut().for_each(|row| row.judge(part * largest, tolerance));
 }
 
 impl<'a> Subject<'a> {
-    /// The same of an output; one of another scene is beyond all of the system.
+    /// Same subject for an output instead of J; an output of another scene gets an index that is out of range.
     fn of(self, output: Output) -> Self {
         let beyond = if self.system.owns(output.0) { 0 } else { self.system.outputs() };
         Subject { which: 1 + output.index() + beyond, ..self }
     }
 
-    /// What it is called.
+    /// Name of the function in reports.
     ///
     /// # Errors
     /// An output of another scene.
@@ -229,7 +229,7 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The motion, and its gradient.
+    /// The solved motion and its gradient.
     fn solved(&self) -> Result<(Solver<'a>, Gradient), Error> {
         let mut solver = Solver::new(self.system, self.settings);
         solver.simulate(self.inputs)?;

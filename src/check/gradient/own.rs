@@ -1,14 +1,14 @@
-//! A gradient of the user's own against the library's, which has been checked before.
+//! Comparison of the user's gradient with that of the library, which has been checked before.
 
 use super::{Part, Subject};
 use crate::check::Input;
 use crate::check::report::{BlockReport, Diagnosis, Entry, Mistake, Verdict};
 use crate::{Error, Gradient, Inputs};
 
-/// Wrong entries that are listed.
+/// Maximum number of wrong entries that are listed.
 const LISTED: usize = 4;
 
-/// Numbers of the user's own for one part of the inputs.
+/// The user's numbers for one part of the inputs.
 pub(super) struct Own {
     name: String,
     pub part: Part,
@@ -20,11 +20,11 @@ impl Own {
         Own { name: name.to_string(), part, values: values.into_iter().collect() }
     }
 
-    /// Number by number, relative to the largest in units of the inputs' sizes, or to what is `raised` so many times more where the gradient is rounding.
+    /// Compares number by number, relative to the largest in units of the inputs' sizes, times `raised` if the gradient is only rounding.
     ///
-    /// The truth is the library's own, if it is confirmed.
+    /// The true values are those of the library, if they are confirmed.
     ///
-    /// A design variable that is nearly zero tells no size: where its derivative `is_known` to all digits it is compared with itself.
+    /// A design variable near zero gives no scale: if its derivative `is_known` to all digits, the error is relative to the derivative.
     pub(super) fn compare(
         &self,
         Subject { system, inputs, .. }: Subject,
@@ -40,7 +40,7 @@ impl Own {
         let mut report =
             BlockReport { name, size: (1, all.len()), points: 1, tolerance, allowed: tolerance, ..BlockReport::default() };
         let Some(gradient) = truth else {
-            let note = format!("the library's {what} is not confirmed here, so that there is nothing to compare with");
+            let note = format!("the library's {what} is not confirmed here, so there is nothing to compare with");
             return Ok(BlockReport { notes: vec![note], ..report });
         };
         let truth: Vec<f64> = all.iter().map(|input| input.in_gradient(gradient)).collect();
@@ -55,7 +55,7 @@ impl Own {
         }
         let units = units(sizes, part);
         let largest = truth.iter().zip(&units).fold(0.0f64, |most, (g, unit)| most.max((g * unit).abs()));
-        // NaN is infinitely wrong.
+        // NaN counts as infinitely wrong.
         let error = |j: usize| if hand[j].is_nan() { f64::INFINITY } else { (hand[j] - truth[j]).abs() };
         let mut scale: Vec<f64> = units.iter().map(|unit| raised * largest / unit).collect();
         for (j, scale) in scale.iter_mut().enumerate().filter(|_| part == Part::Design) {
@@ -87,7 +87,7 @@ impl Own {
     }
 }
 
-/// What entries are multiplied by to be compared with each other: their sizes, or the largest of their kind where several have one unit.
+/// Units in which entries are compared: the sizes of their inputs, or the largest size in the channel.
 fn units(sizes: &Inputs, part: Part) -> Vec<f64> {
     let own = part.of(sizes);
     let Some(channels) = part.channels(sizes) else { return own.to_vec() };
@@ -96,7 +96,7 @@ fn units(sizes: &Inputs, part: Part) -> Vec<f64> {
     (0..own.len()).map(|j| largest[j % channels]).collect()
 }
 
-/// Of `channels` numbers at each node, or none where numbers do not follow each other in time; the worst is wrong by `worst`, relatively.
+/// Diagnosis of wrong numbers; `channels` is the number of values at each node (0 if not a series), `worst` the largest relative error.
 fn diagnose(
     hand: &[f64],
     truth: &[f64],
@@ -113,7 +113,7 @@ fn diagnose(
         return says(Mistake::NotFinite, "infinite or not a number".into());
     }
     if is(&|j| -truth[j]) {
-        return says(Mistake::SignFlipped, "sign flipped in all".into());
+        return says(Mistake::SignFlipped, "sign flipped in all entries".into());
     }
     let factors = [
         (dt, "Δt: J as in Eq. (5) has none, see Eq. (11)"),
@@ -138,9 +138,9 @@ fn diagnose(
     }
     let is_end = |&j: &usize| j < channels || j + channels >= count;
     if count > 2 * channels && wrong.iter().all(is_end) {
-        return says(Mistake::Unexplained, "only both ends of the motion are wrong: how the sweep starts and ends".into());
+        return says(Mistake::Unexplained, "only the ends of the motion are wrong: check how the sweep starts and ends".into());
     }
-    // Behind what is simpler: where neighbours are alike, so is what is moved.
+    // Tried after simpler mistakes: if neighbours are equal, shifted values are equal, too.
     let shifted = |by: usize, back: bool| {
         let from = |j: usize| if back { j.checked_sub(by) } else { Some(j + by).filter(|&k| k < count) };
         (0..count).filter_map(|j| from(j).map(|k| (j, k))).all(|(j, k)| (hand[j] - truth[k]).abs() <= 8.0 * within[j])

@@ -8,7 +8,7 @@ use super::taylor::ENOUGH;
 use super::ways::OF_VALUE;
 use super::{DirectionReport, GradientReport};
 
-/// What is left to rounding by an ordinary motion is less; where it is more than the second number, nothing moves.
+/// Range of rounding that is explained: an ordinary motion has less, and one at rest may have more.
 const ROUGH: [f64; 2] = [1e-12, 1e-3];
 
 impl fmt::Display for GradientReport {
@@ -16,12 +16,12 @@ impl fmt::Display for GradientReport {
         let library = self.library();
         let summary = match library {
             Verdict::NothingCompared => {
-                "FAILED, because nothing was compared: it does not depend on the inputs by more than its rounding"
+                "FAILED, because nothing was compared: the function depends on the inputs by no more than its rounding error"
                     .to_string()
             }
             other => other.to_string(),
         };
-        let own = if library == self.verdict() { "" } else { "; but see the gradient of your own" };
+        let own = if library == self.verdict() { "" } else { "; but see your own gradient" };
         writeln!(f, "gradient of {} = {:.12e}: {summary}{own}", self.of, self.value)?;
         let names = self.directions.iter().map(|row| &row.name).chain(self.own.iter().map(|own| &own.name));
         let width = names.map(|name| name.chars().count()).max().unwrap_or(0);
@@ -39,28 +39,28 @@ impl fmt::Display for GradientReport {
         match self.taylor.slope {
             Some(slope) if slope <= ENOUGH && self.bends() => writeln!(
                 f,
-                "  Taylor remainder: observed order {slope:.3}; J bends within its steps, or is rough: a wrong gradient would have smaller ones"
+                "  Taylor remainder: observed order {slope:.3}; J has a kink within its steps, or is rough: a wrong gradient would have smaller remainders"
             )?,
             Some(slope) => {
                 let word = if self.taylor_holds() { "enough" } else { "TOO LOW" };
                 writeln!(
                     f,
-                    "  Taylor remainder J(x + s d) − J(x) − s g·d: observed order {slope:.3}, {word}: more than {ENOUGH} is asked for; a right \
+                    "  Taylor remainder J(x + s d) − J(x) − s g·d: observed order {slope:.3}, {word}: more than {ENOUGH} is required; a right \
                      gradient has 2, a wrong one 1"
                 )?;
             }
             None if self.taylor.remainders.is_empty() => {
-                writeln!(f, "  Taylor remainder: none, for lack of motions beside this one")?
+                writeln!(f, "  Taylor remainder: none, because no neighbouring motion could be computed")?
             }
-            None => writeln!(f, "  Taylor remainder: rounding at all steps, it is linear along this direction")?,
+            None => writeln!(f, "  Taylor remainder: only rounding at all steps; the function is linear along this direction")?,
         }
         let most = self.directions.iter().fold(0.0f64, |most, row| most.max(row.size));
         if most > 0.0 && most < OF_VALUE * self.value.abs() {
             let (of, share) = (&self.of, OF_VALUE * self.value.abs() / most);
             writeln!(
                 f,
-                "  {of} is so large beside dJ that its rounding hides dJ: errors are relative to {OF_VALUE:.0e} of {of}, which is {share:.0e} times \
-                 dJ, and differences and Taylor remainder tell less; to see more, leave out of {of} what does not change"
+                "  {of} is so large compared with dJ that its rounding hides dJ: errors are relative to {OF_VALUE:.0e} of {of}, which is {share:.0e} times \
+                 dJ, and differences and Taylor remainder are less sensitive; for a stricter check, remove constant terms from {of}"
             )?;
         }
         if let Some(identity) = self.identity {
@@ -76,22 +76,22 @@ impl fmt::Display for GradientReport {
 }
 
 impl GradientReport {
-    /// Why ways differ, where the numbers tell.
+    /// Explains why the ways differ, if the numbers show a reason.
     fn explain(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let rows = || self.directions.iter().chain(&self.worst_singles);
         if let Some(DirectionReport { name, .. }) = rows().find(|row| row.only_differences_differ()) {
             writeln!(
                 f,
-                "  along `{name}` differences alone differ from all others: {} bends at these inputs, as by abs, max or min at zero, and has no \
-                 derivative there but that of one side; or it is rough, or a formula loses a derivative, as by `re()`; move the inputs a little and see",
+                "  along `{name}` only the differences disagree: {} has a kink at these inputs, for example by abs, max or min at zero, and only \
+                 one-sided derivatives; or it is rough, or a formula loses a derivative, for example by `re()`; move the inputs slightly and repeat the check",
                 self.of
             )?;
         }
         if let Some(DirectionReport { name, .. }) = rows().find(|row| !row.differences.is_finite()) {
             writeln!(
                 f,
-                "  along `{name}` there are no differences: where the inputs are moved there is no motion, or one that halves other steps or \
-                 starts anew elsewhere, of which {} is another function; formulas that lose a derivative are not seen there",
+                "  along `{name}` there are no differences: at neighbouring inputs the motion fails, or it halves other steps or \
+                 restarts elsewhere, so that {} is another function; formulas that lose a derivative are not detected there",
                 self.of
             )?;
         }
@@ -103,20 +103,20 @@ impl GradientReport {
     }
 }
 
-/// Why exact ways may differ: what rounding leaves of them, where that is more than of an ordinary motion, and what the motion itself says.
+/// Explains why the exact ways may differ: by a rounding error larger than usual, and by the warnings of the motion.
 pub(super) fn explain_difference(f: &mut fmt::Formatter, rounding: f64, warnings: &[String]) -> fmt::Result {
     if rounding > ROUGH[0] && rounding < ROUGH[1] {
         writeln!(
             f,
-            "  the simulations on other numbers left corrections of {rounding:.1e} to rounding, because tangent matrices are nearly singular or \
-             springs are stiff: derivatives of this motion agree to some ten to a thousand times that, which is what the check's `tolerance` \
-             should be; or take shorter steps, or another start"
+            "  direct differentiation and complex step have a rounding error of {rounding:.1e}, because tangent matrices are nearly singular or \
+             springs are stiff: derivatives of this motion agree to some ten to a thousand times that, which the check's `tolerance` \
+             should allow; or use shorter steps, or another start"
         )?;
     }
     warnings.iter().try_for_each(|warning| writeln!(f, "  warning of this motion: {warning}"))
 }
 
-/// A gradient of the user's own as a row of the table: it is compared number by number, with the adjoint's.
+/// The user's gradient as a row of the table; it is compared number by number with the adjoint's.
 fn own_line(own: &BlockReport, f: &mut fmt::Formatter, width: usize) -> fmt::Result {
     let (name, error, count) = (&own.name, own.relative_error, own.size.1);
     let numbers = format!("{} of {count} wrong", own.wrong_entries);

@@ -1,4 +1,4 @@
-//! What a gradient check found.
+//! Results of a gradient check.
 
 use super::super::report::{BlockReport, Verdict, outcome};
 use super::taylor::ENOUGH;
@@ -61,7 +61,7 @@ pub struct GradientReport {
 }
 
 impl DirectionReport {
-    /// With size, floor, and what dJ is nearby.
+    /// Creates the report; `sizes` are size, floor and the size of dJ nearby.
     pub(super) fn new(name: String, values: [f64; 4], differences_error: f64, sizes: [f64; 3], tolerance: f64) -> Self {
         let ([adjoint, direct, complex_step, differences], [size, floor, nearby]) = (values, sizes);
         let (size, verdict) = (size.max(direct.abs()), Verdict::NothingCompared);
@@ -98,29 +98,29 @@ impl DirectionReport {
         };
     }
 
-    /// Whether differences that could be formed are none of dJ.
+    /// True if differences could be computed but disagree with dJ.
     fn differences_differ(&self) -> bool {
         let seen = DIFFERENCED * self.scale() + CAUTION * self.differences_error;
         self.differences.is_finite() && !near(self.direct, self.differences, seen)
     }
 
-    /// Whether the oracles disagree by the differences alone.
+    /// True if the references disagree by the differences alone.
     pub(super) fn only_differences_differ(&self) -> bool {
         self.differences_differ() && near(self.direct, self.complex_step, DIFFERENCED * self.scale())
     }
 
-    /// Whether the exact ways disagree.
+    /// True if the exact ways disagree.
     pub(super) fn is_inexact(&self) -> bool {
         matches!(self.verdict, Verdict::Wrong | Verdict::OraclesDisagree) && !self.only_differences_differ()
     }
 
-    /// Whether all but the differences agree to what dJ is itself, however large J is: then dJ is no rounding.
+    /// True if all ways except differences agree relative to dJ itself, however large J is: then dJ is not just rounding.
     fn agrees(&self, tolerance: f64) -> bool {
         let exact = tolerance * self.size;
         near(self.direct, self.complex_step, exact) && near(self.adjoint, self.direct, exact)
     }
 
-    /// How many times more than its terms errors are relative to where dJ is rounding; d²J is up to four times more along a longer direction.
+    /// Scale of the errors relative to the terms of dJ if dJ is only rounding; d²J is up to four times larger along a longer direction.
     pub(super) fn raised(&self, tolerance: f64) -> f64 {
         let times = 4.0 * self.floor / self.size;
         if times.is_finite() && times > 4.0 && !self.agrees(tolerance) { times } else { 1.0 }
@@ -131,13 +131,13 @@ impl DirectionReport {
         relative(self.adjoint - self.direct, self.scale())
     }
 
-    /// What errors are relative to.
+    /// Scale of the errors.
     pub(super) fn scale(&self) -> f64 {
         self.size.max(self.floor)
     }
 }
 
-/// Remainders that are larger than this many times what differences allow a gradient to be wrong by are not those of a wrong one.
+/// Remainders above this multiple of the error that differences allow do not come from a wrong gradient.
 const BENDS: f64 = 4.0;
 
 fn near(a: f64, b: f64, within: f64) -> bool {
@@ -176,8 +176,8 @@ impl GradientReport {
         self.taylor.slope.is_none_or(|slope| slope > ENOUGH) || self.bends()
     }
 
-    /// Whether low orders are not those of a wrong gradient, which differences along the same direction, the last, would be further from: then it is J that
-    /// bends.
+    /// True if low orders do not come from a wrong gradient, because differences along the same direction (the last one) contradict an
+    /// error of this size: then J itself is not smooth.
     pub(super) fn bends(&self) -> bool {
         let (by, allowed) =
             (self.taylor.wrong_by, |row: &DirectionReport| (row.differences - row.adjoint).abs() + row.differences_error);
@@ -189,7 +189,7 @@ impl GradientReport {
 mod tests {
     use super::*;
 
-    /// dJ = 1 by all ways, but for these errors of adjoint, direct differentiation, complex step and differences.
+    /// dJ = 1 in all ways, with these errors of adjoint, direct differentiation, complex step and differences.
     fn row(errors: [f64; 4]) -> DirectionReport {
         DirectionReport::new("all".into(), errors.map(|error| 1.0 + error), 1e-9, [1.0, 0.0, 0.0], 1e-9)
     }
@@ -217,13 +217,13 @@ mod tests {
             assert_eq!(row([0.0, 0.0, wrong, 0.0]).verdict, Verdict::OraclesDisagree);
         }
         assert_eq!(row([0.0, 0.0, 0.0, 2e-6]).verdict, Verdict::OraclesDisagree);
-        assert!(report(vec![row([0.0, 0.0, 0.0, 0.5])], 2.0, None).to_string().contains("bends at these inputs"));
-        assert!(!report(vec![row([0.0, 0.0, 0.5, 0.5])], 2.0, None).to_string().contains("bends at these inputs"));
-        // No step of the differences had a motion.
+        assert!(report(vec![row([0.0, 0.0, 0.0, 0.5])], 2.0, None).to_string().contains("a kink at these inputs"));
+        assert!(!report(vec![row([0.0, 0.0, 0.5, 0.5])], 2.0, None).to_string().contains("a kink at these inputs"));
+        // No motion exists at any step of the differences.
         assert_eq!(row([0.0, 0.0, 0.0, f64::NAN]).verdict, Verdict::Right);
     }
 
-    /// dJ = 1 beside J = 1e17.
+    /// dJ = 1 compared with J = 1e17.
     #[test]
     fn what_the_rounding_of_a_value_hides_is_not_right() {
         let hidden = |errors: [f64; 4]| {
@@ -235,7 +235,7 @@ mod tests {
         let mut all = report(Vec::new(), 2.0, None);
         all.directions = vec![wrong];
         assert_eq!(all.verdict(), Verdict::NothingCompared);
-        // At an optimum dJ is nothing, but not what it is nearby.
+        // At an optimum dJ is zero, but not nearby.
         let row = DirectionReport::new("all".into(), [1e-17, 0.0, 0.0, 0.0], 0.0, [1e-17, 1e-4, 1.0], 1e-9);
         assert_eq!(row.verdict, Verdict::Right);
     }
@@ -248,9 +248,9 @@ mod tests {
         assert_eq!(report(vec![row([0.0, 0.0, 2e-9, 0.0])], 2.0, None).verdict(), Verdict::OraclesDisagree);
         let broken = report(right(), 2.0, Some(3));
         assert!(broken.verdict() == Verdict::Wrong && broken.to_string().contains("BROKEN from node 3"));
-        // Differences that are no nearer to the gradient leave room for a remainder of the first order; others say that J bends, whatever rounding there is.
+        // Differences that are as far from the gradient allow a first-order remainder; others show that J is not smooth, whatever the rounding.
         let mut low = GradientReport { rounding: 1e-11, ..report(right(), 1.0, None) };
-        assert!(low.verdict() == Verdict::Right && low.to_string().contains("J bends within its steps"));
+        assert!(low.verdict() == Verdict::Right && low.to_string().contains("J has a kink within its steps"));
         low.directions = vec![row([0.0, 0.0, 0.0, 5e-7])];
         assert!(low.verdict() == Verdict::Wrong && low.to_string().contains("TOO LOW"));
     }
@@ -259,15 +259,15 @@ mod tests {
     fn a_report_names_no_cause_that_is_none() {
         // Complex step differs, and differences do not.
         let rough = GradientReport { rounding: 1e-10, ..report(vec![row([0.0, 0.0, 1e-8, 0.0])], 2.0, None) }.to_string();
-        assert!(!rough.contains("bends at these inputs") && rough.contains("1.0e-10 to rounding"), "{rough}");
-        // Differences alone differ, and no rounding is to blame.
+        assert!(!rough.contains("a kink at these inputs") && rough.contains("rounding error of 1.0e-10"), "{rough}");
+        // Only the differences differ, and rounding is not the reason.
         let bent = GradientReport { rounding: 1e-10, ..report(vec![row([0.0, 0.0, 0.0, 1e-3])], 2.0, None) }.to_string();
-        assert!(bent.contains("bends at these inputs") && !bent.contains("to rounding"), "{bent}");
+        assert!(bent.contains("a kink at these inputs") && !bent.contains("rounding error"), "{bent}");
         let mut none = report(vec![row([0.0, 0.0, 0.0, f64::NAN])], 2.0, None);
         none.taylor.slope = None;
         let none = none.to_string();
         assert!(
-            none.contains("there are no differences") && !none.contains("NaN") && !none.contains("it is linear"),
+            none.contains("there are no differences") && !none.contains("NaN") && !none.contains("is linear"),
             "{none}"
         );
     }

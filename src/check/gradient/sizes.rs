@@ -1,7 +1,7 @@
-//! How far each input is moved: as far as numbers of its kind are large; and how large the terms of derivatives by step lengths are.
+//! Size of the change of each input, typical of inputs of its kind; and sizes of the terms of derivatives with respect to step lengths.
 //!
-//! Coordinates, velocities, momenta and controls are of several units, m and rad, N and N m. Where an input is small or zero it is measured by the others
-//! in units of the masses, in which all have one:
+//! Coordinates, velocities, momenta and controls have different units, m and rad, N and N m. A small or zero input is compared with the
+//! others in units of the masses, in which all of them have the same unit:
 //!
 //! ```text
 //!   q_i  by  max_j √m_j |q_j| / √m_i,   v_i alike,      p*_i  by  √m_i max_j |p*_j| / √m_j,
@@ -15,7 +15,7 @@ use crate::forward::redundancy::masses;
 use crate::system::{NodeValues, NodeView};
 use crate::{Inputs, Solver, Start, System};
 
-/// What is smaller than this part of what it is measured by has the size of that part.
+/// Inputs smaller than this fraction of their reference value get the size of that fraction.
 const SMALL: f64 = 0.1;
 
 /// The size of every input of a motion that was computed.
@@ -28,7 +28,7 @@ pub(super) fn sizes_of_inputs(system: &System, inputs: &Inputs, solver: &mut Sol
     };
     let (motion, duration) = (solver.trajectory(), inputs.grid.steps.iter().sum::<f64>().abs());
     let power = if matches!(inputs.start, Start::Momentum { .. }) { -1 } else { 1 };
-    // What is zero at the start is measured by the whole motion, and velocities of what rests by its way.
+    // Coordinates that are zero at the start get their size from the whole motion, and velocities of a body at rest from its coordinates.
     let (q, rate) = (inputs.start.q().as_slice(), inputs.start.rate().as_slice());
     let place = first([SMALL * largest(q, 1), largest(motion.q.as_slice(), 1)]);
     let speed = first([largest(motion.v.as_slice(), 1), place / duration]);
@@ -46,7 +46,7 @@ pub(super) fn sizes_of_inputs(system: &System, inputs: &Inputs, solver: &mut Sol
         let floor = first([SMALL * own, force / by_controls[k], 1.0]);
         channel.iter_mut().zip(inputs.controls.row(k).iter()).for_each(|(size, u)| *size = u.abs().max(floor));
     }
-    // Constants of different kinds stand among the design variables: each has its own size.
+    // Design variables are of different kinds, so each has its own size.
     sizes.design = inputs.design.map(|b| first([b.abs(), 1.0]));
     let longest = inputs.grid.steps.iter().fold(0.0f64, |most, dt| most.max(dt.abs()));
     let floor = first([SMALL * longest, 1.0]);
@@ -54,12 +54,12 @@ pub(super) fn sizes_of_inputs(system: &System, inputs: &Inputs, solver: &mut Sol
     sizes
 }
 
-/// The first of these that is a size.
+/// The first of these that is a normal number.
 fn first<const N: usize>(sizes: [f64; N]) -> f64 {
     sizes.into_iter().find(|size| size.is_normal()).unwrap_or(0.0)
 }
 
-/// The largest force by a unit of each control, at the start.
+/// The largest force due to a unit of each control, at the start.
 fn largest_by_controls(system: &System, inputs: &Inputs, largest: &dyn Fn(&[f64], i32) -> f64) -> Vec<f64> {
     let (zeros, sigma) = (vec![0.0; system.n()], vec![0.0; system.m()]);
     let design = system.parameters().values(inputs.design.as_slice());
@@ -70,11 +70,11 @@ fn largest_by_controls(system: &System, inputs: &Inputs, largest: &dyn Fn(&[f64]
     force.column_iter().map(|column| largest(column.as_slice(), -1)).collect()
 }
 
-/// For each given step, how large the terms of its derivative may be: what a, b, v and ṗ* are rounded to changes dJ by 1e-16 of that. Where a mechanism rests
-/// under its weight they cancel, and leave rounding.
+/// For each given step, the size of the terms of its derivative: rounding of a, b, v and ṗ* changes dJ by 1e-16 of it. If a mechanism is
+/// at rest under its weight, the terms cancel and leave rounding.
 ///
 /// ```text
-///   dJ/dΔt_i = −½ (a·(v₋ + v) + b·(ṗ*₋ + ṗ*)) + …      |b·ṗ*| ≤ ‖b‖ ‖ṗ*‖ with Σ m b² and Σ ṗ*²/m, where units do not matter; |a·v| alike
+///   dJ/dΔt_i = −½ (a·(v₋ + v) + b·(ṗ*₋ + ṗ*)) + …      |b·ṗ*| ≤ ‖b‖ ‖ṗ*‖ with Σ m b² and Σ ṗ*²/m, independent of units; |a·v| alike
 /// ```
 pub(super) fn sizes_of_terms(system: &System, solver: &mut Solver) -> Vec<f64> {
     let masses = masses(&solver.forward_mut().stepper.newton, system);

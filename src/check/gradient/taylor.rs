@@ -20,25 +20,25 @@ pub struct Taylor {
     pub remainders: Vec<Remainder>,
     /// Median of log₂(R(s)/R(s/2)) above rounding: 2 for a right gradient, 1 for a wrong one; `None` if all remainders are rounding.
     pub slope: Option<f64>,
-    /// The least R(s)/s behind which the order is too low, and no lower than of a wrong gradient, which is wrong by that; infinite if it nowhere is.
+    /// Smallest R(s)/s among steps of the order of a wrong gradient, which would be wrong by this amount; infinite if there is none.
     pub(super) wrong_by: f64,
 }
 
-/// The least observed order that a right gradient has, half-way between 1 and 2; and that a wrong one has: below is noise.
+/// Smallest observed order of a right gradient, half-way between 1 and 2; and of a wrong one, below which orders are noise.
 pub(super) const ENOUGH: f64 = 1.5;
 const OF_WRONG: f64 = 0.5;
 
-/// Steps tried, from the first on.
+/// Number of steps.
 const STEPS: usize = 8;
 
-/// Remainders of the values `along` a direction, NaN where there is none, from what it is `here` and the derivative g·d.
+/// Remainders from the values `along` a direction (NaN without a motion), the value `here` and the derivative g·d.
 pub(super) fn taylor(along: impl Fn(f64) -> f64, here: f64, derivative: f64) -> Taylor {
     let mut remainders = Vec::new();
     let mut floor = 0.0f64;
     for k in 0..STEPS {
         let step = FIRST_STEP * 0.5f64.powi(k as i32);
         let there = along(step);
-        // A step too long to have a motion is no failure of the gradient.
+        // A step that is too long for a motion does not count against the gradient.
         if !there.is_nan() {
             floor = floor.max(1e-13 * (here.abs() + there.abs() + (step * derivative).abs()));
             remainders.push(Remainder { step, value: there - here - step * derivative });

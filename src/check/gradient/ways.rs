@@ -1,4 +1,4 @@
-//! Derivatives along directions by every way that is not the adjoint.
+//! Derivatives along directions by all ways except the adjoint.
 
 use num_dual::Dual64;
 use std::cell::RefCell;
@@ -10,22 +10,22 @@ use super::{CAUTION, DirectionReport, FIRST_STEP, Subject};
 use crate::check::Input;
 use crate::{Cx, Error, Gradient, Hyper, Inputs, LiftedSolver, Real, Settings, Solver};
 
-/// The most halvings of the differences' step; easy motions need three or four.
+/// Maximum number of halvings of the difference step; smooth motions need three or four.
 const HALVINGS: usize = 12;
-/// Differences of values, and of gradients, need not be better than this: simulations cost.
+/// Sufficient accuracies of differences of values and of gradients, because simulations are expensive.
 const ENOUGH: [f64; 2] = [1e-8, 1e-10];
 /// The step of second differences, relative to the direction.
 const BENT_STEP: f64 = 1e-4;
-/// A tenth of a tolerance of 1e-9 of these parts of |J| and |d²J| is some units in the last place of J, and what a relative change of the motion by
-/// 1e-14 makes of dJ.
+/// Fractions of |J| and |d²J|. A tenth of a tolerance of 1e-9 of these is a few units in the last place of J, and the effect on dJ of
+/// a relative change of the motion by 1e-14.
 pub(super) const OF_VALUE: f64 = 1e-6;
 const OF_CURVATURE: f64 = 1e-4;
-/// Below this part of |J|, second differences are rounding of J.
+/// Second differences below this fraction of |J| are rounding of J.
 const SEEN: f64 = 16.0 * f64::EPSILON / (BENT_STEP * BENT_STEP);
-/// A tolerance of 1e-9 of this part of the terms of derivatives by step lengths is what rounding makes of the sum of some thousand of them.
+/// Fraction of the terms of derivatives by step lengths. A tolerance of 1e-9 of it is the rounding error of a sum of some thousand terms.
 const OF_TERMS: f64 = 1e-4;
 
-/// Motions on other numbers, and real ones beside the one at the inputs.
+/// Motions computed with another number type, and ordinary ones near the one at the inputs.
 pub(super) struct Way<'a, R: Real> {
     subject: Subject<'a>,
     solver: LiftedSolver<'a, R>,
@@ -46,21 +46,21 @@ impl<'a, R: Real> Way<'a, R> {
         Ok(Way { subject, solver, beside, goes_through: true, rounding: 0.0 })
     }
 
-    /// J on these numbers.
+    /// J computed with this number type.
     fn value(&mut self, inputs: &Inputs<R>) -> Result<R, Error> {
         self.solver.simulate(inputs)?;
         self.rounding = self.rounding.max(self.solver.rounding());
         self.solver.value_of(self.subject.which)
     }
 
-    /// What is read from the motion at x + s d; NaN where there is none that takes the same steps as the one at x and is restarted as that is: J is another function there.
+    /// Value read from the motion at x + s d; NaN unless it uses the same steps and restarts as the one at x (J is another function then).
     pub(super) fn beside(&self, direction: &Inputs, s: f64, read: impl Fn(&mut Solver) -> Result<f64, Error>) -> f64 {
         let mut solver = self.beside.borrow_mut();
         let moves = solver.simulate(&self.subject.inputs.along(direction, |x, d| x + s * d)).is_ok();
         if moves && solver.moves_like(self.solver.real()) { read(&mut solver).unwrap_or(f64::NAN) } else { f64::NAN }
     }
 
-    /// Ridders' differences of what is read, with their error estimate; a step without a motion is left out.
+    /// Ridders' differences of the value read, with their error estimate; steps without a motion are left out.
     fn differences(&self, direction: &Inputs, enough: f64, read: impl Fn(&mut Solver) -> Result<f64, Error>) -> (f64, f64) {
         let along = |s| (s, vec![self.beside(direction, s, &read)]);
         let (derivative, error) = ridders(along, (FIRST_STEP, HALVINGS), enough, 1);
@@ -68,9 +68,9 @@ impl<'a, R: Real> Way<'a, R> {
     }
 }
 
-/// dJ along a direction.
+/// Ways to compute dJ along a direction.
 pub(super) struct Ways<'a> {
-    /// How large the terms of dJ/dΔt are, step by step.
+    /// Size of the terms of dJ/dΔt for each step.
     of_steps: Vec<f64>,
     dual: Way<'a, Dual64>,
     complex: Way<'a, Cx>,
@@ -86,12 +86,12 @@ impl<'a> Ways<'a> {
         self.dual.rounding.max(self.complex.rounding)
     }
 
-    /// Direct differentiation.
+    /// dJ along a direction by direct differentiation.
     pub(super) fn direct(&mut self, direction: &Inputs) -> Result<f64, Error> {
         Ok(self.dual.value(&moved(self.dual.subject.inputs, direction, Dual64::new)?)?.eps)
     }
 
-    /// The gradient along a direction beside all other ways: direct differentiation, Im J(x + i h d)/h, and differences.
+    /// Compares the gradient along a direction with direct differentiation, Im J(x + i h d)/h, and differences.
     pub(super) fn compare(
         &mut self,
         name: String,
@@ -110,14 +110,14 @@ impl<'a> Ways<'a> {
         Ok(DirectionReport::new(name, values, error, [size, floor, nearby], tolerance))
     }
 
-    /// The size below which dJ along a direction is rounding of J, of its own terms, or of the motion where dJ passes zero, as at an optimum; and what dJ
-    /// is nearby, as far as its own terms and d²J tell.
+    /// The size below which dJ along a direction is rounding of J, of its own terms, or (as at an optimum) of the motion; and the size of dJ
+    /// nearby, as far as its terms and d²J show.
     pub(super) fn floor(&self, direction: &Inputs, value: f64) -> (f64, f64) {
         let [above, below] = [BENT_STEP, -BENT_STEP].map(|s| self.value_along(direction, s));
-        // J may be zero here alone. NaN is left out.
+        // J may be zero at this point only. NaN is ignored.
         let value_around = value.abs().max(above.abs()).max(below.abs());
         let curvature = (above - 2.0 * value + below).abs() / (BENT_STEP * BENT_STEP);
-        // Without a motion there, nothing is known of it.
+        // Without neighbouring motions d²J is unknown.
         let curvature = if curvature.is_finite() { curvature } else { 0.0 };
         let terms = self.of_steps.iter().zip(&direction.grid.steps).map(|(size, d)| (size * d).powi(2)).sum::<f64>().sqrt();
         let is_seen = curvature > SEEN * value_around;
@@ -125,14 +125,14 @@ impl<'a> Ways<'a> {
         (floor, terms.max(if is_seen { curvature } else { 0.0 }))
     }
 
-    /// J(x + s d); NaN where there is no motion like the one at x.
+    /// J(x + s d); NaN if there is no motion like the one at x.
     pub(super) fn value_along(&self, direction: &Inputs, s: f64) -> f64 {
         self.dual.beside(direction, s, |solver| solver.value_of(self.dual.subject.which))
     }
 }
 
 impl Way<'_, Hyper> {
-    /// aᵀH b by hyper-dual numbers or, where these do not go through, by differences of gradients; and what it may be off by: nothing but rounding by the
+    /// aᵀH b by hyper-dual numbers or, if these are not supported, by differences of gradients; and its error, which is 0 for the
     /// former.
     pub(super) fn product(&mut self, [a, b]: [&Inputs; 2]) -> Result<(f64, f64), Error> {
         if self.goes_through {

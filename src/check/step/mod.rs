@@ -1,4 +1,4 @@
-//! Hand-derived blocks of the step's tangent matrices ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10, 11), and f_i itself.
+//! Checks of hand-derived blocks of the step's tangent matrices ∂f_i/∂y_i, ∂f_i/∂y_{i−1}, ∂f_i/∂u_i (Eq. 10, 11), and of f_i itself.
 //!
 //! Everything refers to the step from node i − 1 to node i; where the paper's Eq. (10) has i and i + 1, read i − 1 and i.
 
@@ -26,7 +26,7 @@ use crate::{Error, Scalar, System};
 use point::{Part, Places};
 
 const TITLE: &str = "tangent matrices of a step";
-/// How far random points are from the motion, relative to the sizes that occur in it.
+/// Distance of random points from the motion, relative to the sizes that occur in it.
 const SPREAD: f64 = 0.3;
 
 /// A check of hand-derived blocks of the tangent matrices of a step, created by [`step`].
@@ -39,7 +39,7 @@ pub struct StepCheck<'a> {
     tolerance: f64,
     /// The names of the constraint equations.
     equations: Vec<String>,
-    /// Each with the equation that its rows are.
+    /// The blocks, each with the equation of its rows.
     blocks: Vec<(Equation, Block<'a>)>,
 }
 
@@ -68,7 +68,7 @@ pub fn step<'a>(paper: &'a PaperSystem<'a>) -> StepCheck<'a> {
     StepCheck { paper, nodes, seed: 1, spread: SPREAD, tolerance: 1e-11, equations, blocks: Vec::new() }
 }
 
-/// Rows of f_i as a function of y_i, y_{i−1}, u_i, b and, last, the number i.
+/// Rows of f_i as a function of y_i, y_{i−1}, u_i, b and the index i.
 struct Residual<'a> {
     paper: &'a PaperSystem<'a>,
     rows: Range<usize>,
@@ -234,7 +234,7 @@ fn row_names(system: &System, equation: Equation, equations: &[String]) -> Vec<S
     }
 }
 
-/// States with parts of the previous node in the place of the present one.
+/// Changes of a point that replace parts of the present state by those of the previous node.
 fn other_nodes(places: Places) -> Vec<(String, Change)> {
     let other = |name: &str, which: &'static [Variable]| -> (String, Change) {
         (format!("at {name} of node i − 1 instead of i"), Box::new(move |x| places.take_previous(x, which)))

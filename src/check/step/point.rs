@@ -1,4 +1,4 @@
-//! Where a step's blocks are evaluated: y_i, y_{i−1}, u_i and b, by name and in one list.
+//! Arguments of a step's blocks: y_i, y_{i−1}, u_i and b, by name and in one list.
 
 use nalgebra::DVector;
 use std::ops::Range;
@@ -89,7 +89,7 @@ impl<'a> StepPoint<'a> {
     }
 }
 
-/// One kind of arguments of f_i, in the order of their list.
+/// One kind of argument of f_i, in the order of the list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Part {
     /// A part of y_i.
@@ -98,18 +98,18 @@ pub(super) enum Part {
     Previous(Variable),
     Controls,
     Design,
-    /// The number i.
+    /// The index i.
     Node,
-    /// The 1 that values are multiplied by where they are compared.
+    /// The factor 1 by which compared values are multiplied.
     One,
 }
 
-/// Where the arguments stand in the list.
+/// Positions of the arguments in the list.
 #[derive(Clone, Copy)]
 pub(super) struct Places<'a>(pub &'a PaperSystem<'a>);
 
 impl Places<'_> {
-    /// How many numbers y has.
+    /// Length of y.
     pub(super) fn len_of_y(&self) -> usize {
         4 * self.0.system.n() + self.0.system.m()
     }
@@ -132,13 +132,13 @@ impl Places<'_> {
         }
     }
 
-    /// What may be moved; q_{i−1} and p*_{i−1} follow from Eq. (2).
+    /// Arguments that may be moved; q_{i−1} and p*_{i−1} follow from Eq. (2).
     pub(super) fn free(&self) -> Vec<usize> {
         let y = [Variable::Q, Variable::V, Variable::Sigma].map(Part::Y);
         y.into_iter().chain([Part::Previous(Variable::V), Part::Controls]).flat_map(|part| self.of(part)).collect()
     }
 
-    /// Makes Eq. (2) true by q_{i−1} and p*_{i−1}.
+    /// Satisfies Eq. (2) by changing q_{i−1} and p*_{i−1}.
     pub(super) fn settle(&self, x: &mut [f64]) {
         let h = 0.5 * self.0.inputs.grid.steps[x[self.of(Part::Node).start].round() as usize - 1];
         for (value, rate) in [(Variable::Q, Variable::V), (Variable::PStar, Variable::PStarDot)] {
@@ -151,7 +151,7 @@ impl Places<'_> {
         }
     }
 
-    /// Replaces some parts of y_i by those of y_{i−1}, and keeps Eq. (2) true.
+    /// Replaces some parts of y_i by those of y_{i−1}, and restores Eq. (2).
     pub(super) fn take_previous(&self, x: &mut [f64], which: &[Variable]) {
         for &variable in which {
             x.copy_within(self.of(Part::Previous(variable)), self.of(Part::Y(variable)).start);
@@ -174,7 +174,7 @@ impl Places<'_> {
     }
 }
 
-/// The sizes that each argument has along the motion; what is always zero has the size of its kind, in units of the masses where these are several, or 1.
+/// Size of each argument along the motion. One that is always zero gets the size of its kind (in units of the masses if needed), or 1.
 pub(super) fn magnitudes(paper: &PaperSystem) -> Vec<f64> {
     let nodes = paper.inputs.grid.nodes();
     let (motion, design) = (paper.trajectory, paper.system.parameters().values(paper.inputs.design.as_slice()));

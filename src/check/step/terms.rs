@@ -1,4 +1,4 @@
-//! The terms that the blocks of Eq. (10) are sums of, at one state.
+//! The terms of the blocks of Eq. (10), at one state.
 
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
@@ -39,7 +39,7 @@ pub struct Terms {
     pub force_u: DMatrix<f64>,
 }
 
-/// A term by its name, of the terms and γ.
+/// The name of a term, and its value from the terms and γ.
 type Named = (&'static str, fn(&Terms, f64) -> DMatrix<f64>);
 
 const REACTION: Named = ("(Φ_qᵀσ)_q", |t, _| t.phi_q_t_sigma_q.clone());
@@ -57,7 +57,7 @@ const PHI_DOT_Q: Named = ("(dΦ/dt)_q", |t, _| t.phi_dot_q.clone());
 const PHI_Q_T: Named = ("Φ_qᵀ", |t, _| t.phi_q.transpose());
 const PHI_DOT_Q_T: Named = ("(dΦ/dt)_qᵀ", |t, _| t.phi_dot_q.transpose());
 const ALL_OF_FORCE_V: Named = ("(Q_v + T_qv)", |t, _| t.force_v.clone());
-/// Who forgets T_q forgets both of its derivatives.
+/// If T_q is forgotten, both of its derivatives are missing.
 const ALL_OF_T_Q: Named = ("T_qq + γ T_qv (all of T_q)", |t, gamma| &t.t_qq + &t.t_qv * gamma);
 
 /// A term with its sign and, if `times_gamma`, the factor γ.
@@ -69,7 +69,7 @@ fn signed<'a>(paper: &'a PaperSystem<'a>, (name, of): Named, sign: f64, times_ga
     (format!("{}{}{name}", if sign < 0.0 { "−" } else { "" }, if times_gamma { "γ " } else { "" }), matrix)
 }
 
-/// The terms that a block of Eq. (10) is the sum of (as corrected).
+/// The terms of a block of Eq. (10), as corrected.
 pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: Part) -> Vec<(String, MatrixAt<'a>)> {
     use Equation::{F3, F4, F5};
     let terms: &[(Named, f64, bool)] = match (row, by) {
@@ -96,7 +96,7 @@ pub(super) fn of_block<'a>(paper: &'a PaperSystem<'a>, row: Equation, by: Part) 
     terms.iter().map(|&(term, sign, times_gamma)| signed(paper, term, sign, times_gamma)).collect()
 }
 
-/// Everything that stands somewhere in Eq. (10).
+/// All terms that occur in Eq. (10).
 pub(super) fn all<'a>(paper: &'a PaperSystem<'a>) -> Vec<(String, MatrixAt<'a>)> {
     let of_momenta = [REACTION, REACTION_RATE, MASS, MASS_Q];
     let of_forces = [FORCE_Q, FORCE_V, T_QQ, T_QV, FORCE_U];
@@ -114,7 +114,7 @@ impl Terms {
         let unloaded = &mut loaded.clone();
         unloaded.sigma.fill(Dual64::from_re(0.0));
         let all = System::plain_sums;
-        // Both are linear in σ, so what is left without it, and what it adds, are these differences.
+        // Both are linear in σ, so these differences are the contributions without σ and those of σ.
         let [l_v_q, l_q_q, _] = system.columns(all, loaded, |at| &mut at.q);
         let [mass_v_q, force_q, phi_dot_q] = system.columns(all, unloaded, |at| &mut at.q);
         let [mass, force_v, phi_q] = system.columns(all, unloaded, |at| &mut at.v);

@@ -222,7 +222,7 @@ fn potential_energies() -> Vec<Case> {
         (
             "sine for cosine in a term",
             "track V_q",
-            &["sin(`θ`) stands where its derivative", "sine and cosine"],
+            &["sin(`θ`) is used instead of its derivative", "sine and cosine"],
             track().v_q(|at| edit(track_q(&at.q), |g| g[1] = w * at.q[1].sin() + c * at.q[0] * at.q[1].sin())).run(),
         ),
         (
@@ -398,7 +398,7 @@ fn constraints() -> Vec<Case> {
                 })
                 .run(),
         ),
-        ("v for the angle", "crank Φ_q", &["stands where"], crank().phi_q(|at| [crank_q(&at.v)]).run()),
+        ("v for the angle", "crank Φ_q", &["is used instead of"], crank().phi_q(|at| [crank_q(&at.v)]).run()),
         ("ω forgotten", "driven Φ_t", &["`ω`"], driven().phi_t(|at| [-a * (omega * at.t).cos() * at.q[1]]).run()),
         ("Φ_tq left out", "driven (dΦ/dt)_q", &["missing", "zero"], driven().phi_dot_q(|_| [[0.0, 0.0]]).run()),
     ]
@@ -438,7 +438,7 @@ fn costs() -> Vec<Case> {
         (
             "u² not halved",
             "reach h_q",
-            &["factor 2", "once too often"],
+            &["factor 2", "term counted twice"],
             reach().h_q(|at| edit(reach_q(&at.q, at.u[0]), |g| g[0] += 0.5 * at.u[0] * at.u[0])).run(),
         ),
     ]
@@ -547,7 +547,7 @@ fn functions() -> Vec<Case> {
         ("x of exp(x y) forgotten", &["inner derivative missing"], |[x, y, _], m| m[0][1] += (1.0 - x) * (x * y).exp()),
         ("exp(x y) left out", &["missing"], |[x, y, _], m| m[0][0] -= y * (x * y).exp()),
         ("cos z for sin z in one term", &["sine and cosine"], |[_, y, z], m| m[0][0] += y * (z.cos() - z.sin())),
-        ("y for x in one term", &["stands where"], |[x, y, z], m| m[0][1] += (y - x) * z.sin()),
+        ("y for x in one term", &["is used instead of"], |[x, y, z], m| m[0][1] += (y - x) * z.sin()),
         ("z in degrees in one term", &["degrees"], |[_, y, z], m| m[0][0] += y * ((z * 180.0 / PI).sin() - z.sin())),
         ("sin z for cos z", &["sine and cosine"], |[x, y, z], m| m[0][2] = x * y * z.sin()),
         ("square of 1 + y² forgotten", &["(`y`² + 1)"], |[x, y, _], m| {
@@ -566,7 +566,7 @@ fn functions() -> Vec<Case> {
             m[2][1] -= 3.0 * (x + 2.0 * y).powi(2)
         }),
         ("sign of tanh", &["sign"], |[x, y, z], m| m[2][1] += 2.0 * z * (1.0 - (x - y).tanh().powi(2))),
-        ("tanh for its derivative", &["stands where its derivative"], |[x, y, z], m| {
+        ("tanh for its derivative", &["is used instead of its derivative"], |[x, y, z], m| {
             let t = (x - y).tanh();
             m[2][0] += z * (t - 1.0 + t * t);
         }),
@@ -583,7 +583,7 @@ fn functions() -> Vec<Case> {
 
 /// Whether a diagnosis names a mistake, or describes the error only.
 fn is_name(found: &check::Diagnosis) -> bool {
-    let describes = found.text.starts_with("a factor that is no constant");
+    let describes = found.text.starts_with("a factor that is not constant");
     !matches!(found.mistake, Mistake::Unexplained | Mistake::FewDigits) && !describes
 }
 
