@@ -38,11 +38,7 @@ impl Animation {
         let frames: Vec<_> = self.q.iter().zip(&self.times).map(|(q, &t)| points(q, t)).collect();
         let expected = frames.first().map_or(0, Vec::len);
         if let Some(other) = frames.iter().find(|points| points.len() != expected) {
-            return Err(Error::Size {
-                what: "the points of a line (their number at its first node)",
-                expected,
-                found: other.len(),
-            });
+            return Err(Error::Size { what: "points of a line (as many at every node)", expected, found: other.len() });
         }
         frames.iter().flatten().try_for_each(|point| check(name, point))?;
         self.figure.add_line(name, &frames);

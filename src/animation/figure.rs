@@ -6,30 +6,30 @@ use std::ops::RangeInclusive;
 use crate::model::{Drawn, Frame, Owner, Point, Shape};
 use crate::{Coordinate, Mechanics, System};
 
-/// A length of the largest side of what is seen.
+/// Unit length of marks, relative to the larger side of the view.
 const UNIT: f64 = 0.012;
-/// Powers of ten of the largest side in m that are drawn as they are: pictures are drawn with numbers of single precision, and few digits.
+/// Powers of ten of the larger side in m that are drawn without scaling, because pictures use single precision and few digits.
 const DRAWN: RangeInclusive<i32> = -3..=5;
-/// Beyond it 10 to this power, or to minus it, is no number.
+/// Limit of the scaling exponent: larger powers of 10 overflow.
 const MOST_POWER: i32 = 300;
 
-/// What is drawn.
+/// The drawn shapes of a scene and their motion.
 #[derive(Clone, Debug)]
 pub(super) struct Figure {
     pub(super) bodies: Vec<Piece>,
     /// The marks of joints, each in one frame.
     pub(super) marks: Vec<Mark>,
-    /// What goes from one point to another.
+    /// Shapes between two points.
     pub(super) links: Vec<Link>,
     pub(super) arrows: Vec<Arrow>,
-    /// Left, bottom, width and height of what is seen; lengths are in m, or all in m times a power of ten.
+    /// Left, bottom, width and height of the view; lengths are in m, or all in m times a power of ten.
     pub(super) view: [f64; 4],
-    /// The length that marks are drawn with.
+    /// Unit length of marks.
     pub(super) unit: f64,
     pub(super) frames: usize,
 }
 
-/// A body: its outline in its own frame, and x, y, φ at every frame of time.
+/// A body: its outline in its own frame, and x, y, φ in every picture of the animation.
 #[derive(Clone, Debug)]
 pub(super) struct Piece {
     pub(super) name: String,
@@ -93,11 +93,11 @@ pub(super) enum LinkKind {
     Cylinder,
 }
 
-/// A force at a point, along an axis of another frame, or a torque; in parts of the largest of the motion.
+/// A force at a point, along an axis of another frame, or a torque; values are relative to the largest of the motion.
 #[derive(Clone, Debug)]
 pub(super) struct Arrow {
     pub(super) place: Place,
-    /// The frame of the axis and its angle there; none for a torque.
+    /// The frame of the axis and its angle there; `None` for a torque.
     pub(super) axis: Option<(Option<usize>, f64)>,
     pub(super) values: Vec<f64>,
     pub(super) name: String,
@@ -131,7 +131,7 @@ impl Figure {
         figure
     }
 
-    /// The figure with its view, in numbers that pictures can show.
+    /// The figure with its view, scaled to numbers that pictures can show.
     pub(super) fn framed(&self) -> Self {
         let mut figure = self.clone();
         figure.look();
@@ -146,7 +146,7 @@ impl Figure {
         self.bodies.is_empty() && self.marks.is_empty() && self.links.is_empty()
     }
 
-    /// Adds a line through moving points, given at every frame of time.
+    /// Adds a line through moving points, given for every picture.
     pub(super) fn add_line(&mut self, name: &str, frames: &[Vec<[f64; 2]>]) {
         let (first, count) = (self.bodies.len(), frames.first().map_or(0, Vec::len));
         for k in 0..count {
@@ -189,14 +189,14 @@ impl Figure {
         }
     }
 
-    /// Where a point is at a frame of time.
+    /// Position of a point in one picture.
     pub(super) fn position(&self, place: Place, frame: usize) -> [f64; 2] {
         let [x, y, phi] = place.body.map_or([0.0; 3], |body| self.bodies[body].poses[frame]);
         let ([along, across], (sin, cos)) = (place.at, phi.sin_cos());
         [x + cos * along - sin * across, y + sin * along + cos * across]
     }
 
-    /// Finds what is seen: all bodies and marks all the time, with a margin.
+    /// Determines the view, which contains all bodies and marks at all times and a margin.
     fn look(&mut self) {
         let mut corners = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
         let mut see = |point: [f64; 2]| {
@@ -230,13 +230,13 @@ impl Figure {
         let (width, height) = if width.is_finite() { (width, height) } else { (1.0, 1.0) };
         let [left, bottom] = if left.is_finite() { [left, bottom] } else { [0.0; 2] };
         let margin = 0.08 * size;
-        // No flatter than 1 to 4, so that marks have room.
+        // The view is no flatter than 1 to 4, so that marks have room.
         let (wide, high) = ((width + 2.0 * margin).max(0.25 * size), (height + 2.0 * margin).max(0.25 * size));
         self.view = [left + 0.5 * (width - wide), bottom + 0.5 * (height - high), wide, high];
         self.unit = UNIT * size;
     }
 
-    /// Draws all lengths larger by a factor.
+    /// Multiplies all lengths by a factor.
     fn scale(&mut self, by: f64) {
         let larger = |lengths: &mut [f64]| lengths.iter_mut().for_each(|x| *x *= by);
         for piece in &mut self.bodies {
@@ -262,19 +262,19 @@ impl Figure {
     }
 }
 
-/// Values in parts of the largest; zeros if there is none.
+/// Values relative to the largest; zeros if all are zero.
 fn shares(values: &[f64]) -> Vec<f64> {
     let largest = values.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
     values.iter().map(|x| if largest > 0.0 { x / largest } else { 0.0 }).collect()
 }
 
-/// What is fixed to a body: its centre and points of parts, and the point and angle of the first slider that it is.
+/// Points fixed to a body (its centre and points of parts), and point and angle of its first slider.
 struct Fixed {
     points: Vec<[f64; 2]>,
     carriage: Option<([f64; 2], f64)>,
 }
 
-/// What is fixed to each of the bodies.
+/// The fixed points of each body.
 fn fixed(bodies: usize, drawn: &[Drawn], place: &dyn Fn(Point) -> Place, first: &Mechanics) -> Vec<Fixed> {
     let mut fixed: Vec<Fixed> = (0..bodies).map(|_| Fixed { points: vec![[0.0; 2]], carriage: None }).collect();
     for part in drawn {
@@ -292,13 +292,13 @@ fn fixed(bodies: usize, drawn: &[Drawn], place: &dyn Fn(Point) -> Place, first: 
     fixed
 }
 
-/// The shape of a body, from what is fixed to it.
+/// The outline of a body, from its fixed points.
 fn outline(Fixed { points, carriage }: Fixed) -> Outline {
     let mut hull = hull(points);
     if let [p, q] = hull[..]
         && [p, q].contains(&[0.0; 2])
     {
-        // Held at one point: taken for a rod with its centre in the middle.
+        // A body held at one point is drawn as a rod with its centre in the middle.
         let end = if p == [0.0; 2] { q } else { p };
         hull = vec![end.map(|x| -x), end];
     }

@@ -17,9 +17,9 @@ use crate::motion::column;
 use crate::{Coordinate, Error, Inputs, Mechanics, System, Trajectory};
 use figure::Figure;
 
-/// Largest number of frames; beyond it nodes are left out evenly.
+/// Maximum number of frames; if there are more nodes, some are left out evenly.
 const MOST_FRAMES: usize = 1500;
-/// Largest number of controls, and of coordinates without a body, that are plotted by default.
+/// Maximum number of controls, and of coordinates without a body, that are plotted by default.
 const MOST_PLOTS: usize = 4;
 
 /// An animation of a motion, to be written as an HTML page or as an SVG picture.

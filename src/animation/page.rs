@@ -1,4 +1,4 @@
-//! The page: the template with the groups of the figure and the data of the motion.
+//! The HTML page: the template with the groups of the figure and the data of the motion.
 
 use super::Animation;
 use super::text::{escaped, list, quoted};
@@ -30,7 +30,7 @@ pub(super) fn html(animation: &Animation) -> String {
     filled(&[("title", escaped(title)), ("picture", picture), ("data", data)])
 }
 
-/// The template with texts in its places; what is put in is not looked through.
+/// The template with its placeholders replaced; the replacements are not searched for placeholders.
 fn filled(texts: &[(&str, String)]) -> String {
     let text = |place: &str| texts.iter().find(|(name, _)| *name == place).map_or("", |(_, text)| text);
     let piece = |piece: &str| match piece.split_once("}}") {

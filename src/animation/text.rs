@@ -1,4 +1,4 @@
-//! Text for files: escaped names, short numbers, files that are written whole.
+//! Text for files: escaped names, short numbers, and files that are written completely or not at all.
 
 use std::fs;
 use std::io::{self, Write};
@@ -6,11 +6,11 @@ use std::path::Path;
 
 use crate::Error;
 
-/// Digits behind the point, at most, and where numbers are large, that are written without an exponent.
+/// Maximum number of decimals, and largest size, of numbers written without an exponent.
 const MOST_DIGITS: i32 = 12;
 const LARGE: f64 = 1e15;
 
-/// Text inside HTML or SVG, in attributes too.
+/// Text escaped for HTML and SVG, including their attributes.
 pub(super) fn escaped(text: &str) -> String {
     let mut all = String::with_capacity(text.len());
     for c in text.chars() {
@@ -20,7 +20,7 @@ pub(super) fn escaped(text: &str) -> String {
             '>' => all.push_str("&gt;"),
             '"' => all.push_str("&quot;"),
             '\'' => all.push_str("&#39;"),
-            // No characters of XML.
+            // XML does not allow control characters.
             c if c.is_control() => all.push(' '),
             c => all.push(c),
         }
@@ -28,7 +28,7 @@ pub(super) fn escaped(text: &str) -> String {
     all
 }
 
-/// A string of JSON that may stand inside a `<script>`.
+/// A JSON string that is safe inside a `<script>`.
 pub(super) fn quoted(text: &str) -> String {
     let mut all = String::from('"');
     for c in text.chars() {
@@ -42,24 +42,24 @@ pub(super) fn quoted(text: &str) -> String {
     all
 }
 
-/// How many digits behind the point distinguish a thousandth part of a size, and a few more; below zero, how many before it do not.
+/// Number of decimals that distinguish a thousandth of a size, and a few more; negative if digits before the point are superfluous.
 fn places(size: f64) -> i32 {
     if size > 0.0 && size.is_finite() { 4 - size.log10().floor() as i32 } else { 4 }
 }
 
-/// The same, of sizes that are written without exponents.
+/// Number of decimals for sizes that are written without exponents.
 pub(super) fn digits(size: f64) -> usize {
     places(size).clamp(0, MOST_DIGITS) as usize
 }
 
-/// A number with so many digits, without zeros at its end.
+/// A number with this many decimals, without trailing zeros.
 pub(super) fn number(x: f64, digits: usize) -> String {
     let text = format!("{x:.digits$}");
     let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if short == "-0" { "0".into() } else { short.to_string() }
 }
 
-/// A number to so many places, with an exponent where it is very small or very large.
+/// A number to this many decimals, with an exponent if it is very small or very large.
 fn short(x: f64, places: i32) -> String {
     let fixed = |places: i32| number(x, places.max(0) as usize);
     if x == 0.0 || (places <= MOST_DIGITS && x.abs() < LARGE) {
@@ -75,18 +75,18 @@ fn short(x: f64, places: i32) -> String {
     if exponent == "0" { mantissa.into() } else { format!("{mantissa}e{exponent}") }
 }
 
-/// A list of numbers as JSON, with the digits that show how they change; those that are not finite are null.
+/// A list of numbers as JSON, with the digits that show how they change; numbers that are not finite become null.
 pub(super) fn list(values: &[f64]) -> String {
     let finite = || values.iter().copied().filter(|x| x.is_finite());
     let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
     let size = low.abs().max(high.abs());
-    // What changes less than this does so by rounding; the difference of large numbers may be beyond their range.
+    // Smaller changes are rounding; the difference of large numbers may overflow.
     let places = places(if high > low { (high - low).max(1e-9 * size).min(f64::MAX) } else { size });
     let item = |x: &f64| if x.is_finite() { short(*x, places) } else { "null".into() };
     format!("[{}]", values.iter().map(item).collect::<Vec<_>>().join(","))
 }
 
-/// Writes a file beside the wanted one and moves it there.
+/// Writes a temporary file in the same folder and renames it.
 pub(super) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
     let failed = |error: io::Error| Error::File {
         kind: "an animation",
@@ -103,7 +103,7 @@ pub(super) fn write_whole(path: &Path, text: &str) -> Result<(), Error> {
     });
     let moved = written.and_then(|()| fs::rename(&part, path));
     if moved.is_err() {
-        // What is left of it is of no use.
+        // An incomplete file is removed.
         fs::remove_file(&part).ok();
     }
     moved.map_err(failed)

@@ -1,4 +1,4 @@
-//! SVG: the shapes of a figure, as groups of which each moves as a whole, and pictures made of them.
+//! SVG: the shapes of a figure as groups that move as a whole, and pictures composed of them.
 
 use std::f64::consts::TAU;
 use std::ops::RangeInclusive;
@@ -6,33 +6,33 @@ use std::ops::RangeInclusive;
 use super::figure::{Arrow, Figure, Link, LinkKind, Mark, MarkKind, Outline, Piece};
 use super::text::{digits, escaped, list, number};
 
-/// The colours of bodies, one after the other.
+/// Colours of the bodies, in turn.
 pub(super) const COLOURS: [&str; 6] = ["#4e79a7", "#f28e2b", "#59a14f", "#b07aa1", "#76b7b2", "#e15759"];
 const INK: &str = "#333";
-/// Pictures that move by themselves have at most so many frames.
+/// Maximum number of frames of an animated SVG.
 const MOST_KEYS: usize = 150;
-/// Browsers cannot play motions that are shorter than their clocks resolve, and nobody watches very long ones: these are shown in so many seconds.
+/// Durations, s, shown in real time: browsers cannot resolve shorter ones, and longer ones take too long. Others are shown in `INSTEAD` s.
 const WATCHED: RangeInclusive<f64> = 1e-5..=1e7;
 const INSTEAD: f64 = 10.0;
-/// Pixels of the longer side of a picture.
+/// Length of the longer side of a picture, pixels.
 const PIXELS: f64 = 640.0;
 /// The length of the longest arrow, in units of marks.
 const ARROW: f64 = 12.0;
 
-/// A group that moves as a whole: its shapes, and x, y, φ and the scales along its axes at every frame of time.
+/// A group that moves as a whole: its shapes, and x, y, φ and the scales along its axes in every frame.
 pub(super) struct Group {
     pub(super) shapes: String,
     pub(super) poses: Vec<[f64; 5]>,
-    /// Whether it is a body, whose origin leaves a trail.
+    /// True for a body, whose origin leaves a trail.
     pub(super) is_body: bool,
-    /// The group that it moves with.
+    /// Index of the group with which it moves.
     follows: Option<usize>,
 }
 
-/// Shown instead of a picture if there is none.
+/// Text shown if there is nothing to draw.
 const NOTHING: [&str; 2] = ["No part of this scene can be drawn.", "Add lines by Animation::line."];
 
-/// Shapes drawn with lengths in metres.
+/// Writer of shapes; their lengths are in metres.
 struct Pen {
     unit: f64,
     digits: usize,
@@ -103,7 +103,7 @@ impl Pen {
         format!("<title>{}</title>{shape}{centre}", escaped(&piece.name))
     }
 
-    /// What of a mark is under the bodies, and what is above them.
+    /// The parts of a mark below the bodies and above them.
     fn mark(&self, mark: &Mark) -> [String; 2] {
         let (u, [x, y], on_ground) = (self.unit, mark.place.at, mark.place.body.is_none());
         let turned = |angle: f64, shapes: String| {
@@ -145,7 +145,7 @@ impl Pen {
         [under, above].map(|shapes| if shapes.is_empty() { shapes } else { format!("<g><title>{name}</title>{shapes}</g>") })
     }
 
-    /// From 0 to 1 along x; its group is as long as the link.
+    /// A link from 0 to 1 along x; its group is stretched to the length of the link.
     fn link(&self, link: &Link) -> String {
         let u = self.unit;
         let straight = |width: f64, from: f64, to: f64, colour: &str| {
@@ -164,7 +164,7 @@ impl Pen {
                 });
                 let points: Vec<[f64; 2]> = [[0.0, 0.0]].into_iter().chain(zigzag).chain([[1.0, 0.0]]).collect();
                 let points: Vec<String> = points.iter().map(|[x, y]| format!("{} {}", number(*x, 3), self.n(*y))).collect();
-                // Its group is stretched along the spring, which would make steep strokes thick.
+                // The group is stretched along the spring; strokes that scale with it would be thick where they are steep.
                 format!(
                     "<path d=\"M{}\" fill=\"none\" stroke=\"{INK}\" stroke-width=\"1.2\" vector-effect=\"non-scaling-stroke\"/>",
                     points.join("L")
@@ -238,7 +238,7 @@ fn link_poses(figure: &Figure, link: &Link) -> Vec<[f64; 5]> {
     let pose = |frame| {
         let [[x, y], [x1, y1]] = link.ends.map(|end| figure.position(end, frame));
         let angle = (y1 - y).atan2(x1 - x);
-        // Angles go on where atan2 jumps.
+        // Makes the angle continuous where atan2 jumps.
         last = angle + TAU * ((last - angle) / TAU).round();
         [x, y, last, (x1 - x).hypot(y1 - y), 1.0]
     };
@@ -280,7 +280,7 @@ fn background(figure: &Figure) -> String {
     format!("<rect x=\"{left}\" y=\"{bottom}\" width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>")
 }
 
-/// One frame.
+/// A picture of one frame.
 pub(super) fn still(figure: &Figure, frame: usize, title: &str) -> String {
     let (under, groups, above) = groups(figure);
     let digits = Pen::new(figure).digits;
@@ -294,12 +294,12 @@ pub(super) fn still(figure: &Figure, frame: usize, title: &str) -> String {
     format!("{}{}{under}{moved}{above}</g></svg>\n", opened(figure, title, &size(figure)), background(figure))
 }
 
-/// The seconds in which a motion of such a duration is shown instead, if it is.
+/// The duration in seconds for a motion that is not shown in real time.
 pub(super) fn instead(duration: f64) -> Option<f64> {
     (duration > 0.0 && !WATCHED.contains(&duration)).then_some(INSTEAD)
 }
 
-/// How long it is since the first frame, also of motions that go back in time.
+/// Time since the first frame, also for motions that go back in time.
 pub(super) fn passed(times: &[f64]) -> Vec<f64> {
     let step = |passed: &mut f64, i: usize| {
         *passed += (times[i] - times[i.saturating_sub(1)]).abs();
@@ -308,12 +308,12 @@ pub(super) fn passed(times: &[f64]) -> Vec<f64> {
     (0..times.len()).scan(0.0, step).collect()
 }
 
-/// All frames, one after the other for ever.
+/// All frames in an endless loop.
 pub(super) fn animated(figure: &Figure, times: &[f64], title: &str) -> String {
     let (under, groups, above) = groups(figure);
     let last = figure.frames.saturating_sub(1);
     let spaces = last.min(MOST_KEYS - 1);
-    // Evenly, with the last one.
+    // Evenly spaced, including the last one.
     let keys: Vec<usize> = (0..=spaces).map(|key| key * last / spaces.max(1)).collect();
     let passed = passed(times);
     let duration = passed[last];
@@ -341,7 +341,7 @@ pub(super) fn animated(figure: &Figure, times: &[f64], title: &str) -> String {
             let scale = animate("scale", &scaled);
             format!("<g transform=\"scale({})\">{scale}{}</g>", scaled(group.poses[last]), group.shapes)
         };
-        // Where pictures do not move, the end is seen.
+        // Viewers without animations show the last frame.
         let [at, angle] = [moved_to(group.poses[last]), turned(group.poses[last])];
         format!("<g transform=\"translate({at})\">{translate}<g transform=\"rotate({angle})\">{rotate}{inner}</g></g>")
     });
@@ -349,7 +349,7 @@ pub(super) fn animated(figure: &Figure, times: &[f64], title: &str) -> String {
     format!("{}{}{under}{moved}{above}</g></svg>\n", opened(figure, title, &size(figure)), background(figure))
 }
 
-/// The poses of a group as JSON, column by column, or the group that it moves with; scales that are all 1 are left out.
+/// The poses of a group as JSON, column by column, or the index of the group with which it moves; scales that are all 1 are left out.
 pub(super) fn poses(group: &Group) -> String {
     if let Some(other) = group.follows {
         return other.to_string();

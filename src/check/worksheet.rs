@@ -105,8 +105,10 @@ impl Answers {
         let sheet: Sheet = serde_json::from_str(text)
             .map_err(|error| wrong(format!("line {}, column {}", error.line(), error.column()), error.to_string()))?;
         if (sheet.format.as_str(), sheet.version) != (FORMAT, VERSION) {
-            let problem =
-                format!("it has the format `{}`, version {}; expected `{FORMAT}`, version {VERSION}", sheet.format, sheet.version);
+            let problem = format!(
+                "it has the format `{}`, version {}; expected `{FORMAT}`, version {VERSION}",
+                sheet.format, sheet.version
+            );
             return Err(wrong("format".into(), problem));
         }
         let mut blocks = HashMap::new();

@@ -1,7 +1,7 @@
 //! Powers, roots and arcsines at the ends of their domains, where the closed forms of their derivatives are 0 · ∞.
 //!
-//! A derivative that exists there is returned (x^1.5 has the slope 0 at 0); one that does not is infinite, or not a number if what it
-//! multiplies vanishes too, as for √(x² + y²) at the origin; and a number without derivatives has none afterwards either.
+//! A derivative that exists is returned (x^1.5 has the slope 0 at 0). One that does not exist is infinite, or NaN if its factor vanishes
+//! too, as for √(x² + y²) at the origin. A number without derivatives has none afterwards either.
 
 use num_dual::DualNum;
 
@@ -12,33 +12,33 @@ pub(crate) fn sqrt_of_zero<T: DualNum<Primitive = f64> + Copy>(x: &T) -> T {
     (*x + T::one()).acosh()
 }
 
-/// xⁿ at x = 0 for n > 0 that is no integer: the derivatives of lower order vanish, those of higher order are infinite.
+/// xⁿ at x = 0 for a non-integer n > 0: the derivatives of lower order vanish, those of higher order are infinite.
 pub(crate) fn power_of_zero<T: DualNum<Primitive = f64> + Copy>(x: &T, n: f64) -> T {
     if n < 1.0 {
         return sqrt_of_zero(x);
     }
-    // Of x², x³, … by numbers beyond all others those vanish exactly: x √x has 0 · ∞ for them. They vanish, but are there.
+    // Infinite multiples of xᵏ have exactly these derivatives (x √x would yield 0 · ∞); the vanishing ones are zero, not absent.
     let order = n.ceil() as i32;
     let infinite = (order..=T::NDERIV as i32).map(|k| x.powi(k) * f64::MAX * f64::MAX * f64::MAX);
     infinite.fold(x.powi(order), |sum, term| sum + term)
 }
 
-/// xⁿ for an integer n where xⁿ⁻³, of which num-dual makes it, is beyond the range of numbers.
+/// xⁿ for an integer n if xⁿ⁻³, which num-dual computes, is out of range.
 pub(crate) fn powi_out_of_range<T: DualNum<Primitive = f64> + Copy>(x: &T, re: f64, n: i32) -> T {
     if re == 0.0 || re.is_infinite() {
         return x.recip().powi(n.saturating_neg());
     }
-    // In two halves, since the value may vanish where its derivatives do not.
+    // In two halves, since the value may vanish although its derivatives do not.
     (*x / re).powi(n) * re.powi(n / 2) * re.powi(n - n / 2)
 }
 
-/// xⁿ likewise for a real n, x > 0.
+/// xⁿ for a real n and x > 0 if xⁿ⁻³, which num-dual computes, is out of range.
 pub(crate) fn powf_out_of_range<T: DualNum<Primitive = f64> + Copy>(x: &T, re: f64, n: f64) -> T {
     (*x / re).powf(n) * re.powf(0.5 * n) * re.powf(0.5 * n)
 }
 
-/// Whether the powers neither vanish nor overflow of which num-dual makes xⁿ with so many derivatives, from xⁿ⁻³ on; for numbers of moderate size without
-/// computing them.
+/// True if xⁿ and the lowest power that num-dual computes for this many derivatives neither vanish nor overflow. Numbers of moderate
+/// size are recognised without computing powers.
 #[inline]
 pub(crate) fn is_in_range(re: f64, n: f64, derivatives: usize) -> bool {
     let lowest = n - 3.0 * derivatives as f64;

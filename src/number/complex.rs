@@ -1,4 +1,4 @@
-//! [`Cx`]: a complex number that may stand wherever a dual number may, also inside one.
+//! [`Cx`]: a complex number that can be used like a dual number, also inside one.
 
 use num_complex::Complex64;
 use num_dual::{DualNum, DualStruct, Mappable};
@@ -11,10 +11,10 @@ use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Rem, RemAssi
 
 /// A complex number for the complex step, f′(x) = Im f(x + i h)/h with h ≈ 1e-30.
 ///
-/// Comparisons use the real part, as in num-dual. The real part of every result is what `f64` computes from the real parts alone, without the terms of
-/// order h²: a formula takes the same branch as for real numbers, also where values are infinite or NaN. The imaginary part is that of the complex
-/// function, by formulas that keep a tiny one (atan, asin, acos) and do not overflow (tanh). A number without an imaginary part has none after a
-/// function either.
+/// Comparisons use the real part, as in num-dual. The real part of every result is what `f64` computes from the real parts alone, without
+/// the terms of order h²: a formula takes the same branch as for real numbers, also if values are infinite or NaN. The imaginary part is
+/// that of the complex function, by formulas that are accurate for tiny imaginary parts (atan, asin, acos) and do not overflow (tanh). A
+/// function of a number without an imaginary part has none either.
 #[derive(Clone, Copy, Debug)]
 pub struct Cx(pub Complex64);
 
@@ -24,19 +24,19 @@ impl Cx {
         Cx(Complex64::new(re, im))
     }
 
-    /// The value of a function: its real part, and the imaginary part unless there is none, or no real value.
+    /// The value of a function from its real and imaginary parts; the latter is not computed if the argument has none or the value is NaN.
     fn function(self, re: f64, im: impl FnOnce(Complex64) -> f64) -> Self {
         Cx::new(re, if self.0.im == 0.0 || re.is_nan() { part(re, self.0.im) } else { im(self.0) })
     }
 }
 
-/// x y for an imaginary part y.
+/// x y for an imaginary part y; zero if y is zero.
 #[inline]
 fn part(x: f64, y: f64) -> f64 {
     if y == 0.0 { 0.0 } else { x * y }
 }
 
-/// Where the slope vanishes, the imaginary part is of order h²: a root of it has no derivative, unlike that of a constant.
+/// If the slope vanishes, the imaginary part is of order h²: the root of such a product has no derivative, unlike that of a constant.
 fn product(x: Complex64, y: Complex64) -> Complex64 {
     let im = part(x.re, y.im) + part(y.re, x.im);
     Complex64::new(x.re * y.re, if im == 0.0 { x.im * y.im } else { im })
@@ -261,7 +261,7 @@ impl DualNum for Cx {
         self.function(self.0.re.powi(n), |z| if z.re == 0.0 && n > 1 { z.im.powi(n) } else { z.powi(n).im })
     }
     fn powf(&self, n: f64) -> Self {
-        // In polar form the angle of a negative number would be rounded, by far more than a complex step.
+        // In polar form the rounding error of the angle of a negative number would exceed a complex step by far.
         self.function(self.0.re.powf(n), |z| if z.re < 0.0 { z.powi(n as i32).im } else { z.powf(n).im })
     }
     fn sqrt(&self) -> Self {

@@ -1,10 +1,10 @@
 //! The exponential of several numbers side by side.
 //!
-//! x = n ln 2 + r with |r| ≤ ½ ln 2, ln 2 in two parts of which the first has so few digits that n times it is exact; then
+//! x = n ln 2 + r with |r| ≤ ½ ln 2. The first of two parts of ln 2 has so few digits that n times it is exact. Then
 //! eʳ = 1 + r + r c/(2 − c) with c = r − r² p(r²), to about one unit in the last place (p's coefficients are those of fdlibm's `e_exp.c`).
-//! Where 2ⁿ is no normal number, and for what is not finite, the standard library is asked.
+//! If 2ⁿ is not a normal number, or x is not finite, the standard library computes the result.
 
-// The coefficients are given as in their source.
+// Coefficients as in their source.
 #![expect(clippy::excessive_precision)]
 
 use std::f64::consts::LOG2_E;
@@ -12,7 +12,7 @@ use std::f64::consts::LOG2_E;
 use super::lanes::{minus_product, plus_product, polynomial};
 use super::sincos::ROUND;
 
-/// ln 2 to 32 bits, and the rest.
+/// ln 2 to 32 bits, and the remainder.
 const LN_2_HIGH: f64 = 6.931_471_803_691_238_164_90e-1;
 const LN_2_LOW: f64 = 1.908_214_929_270_587_700_02e-10;
 const MOST: f64 = 700.0;
@@ -20,11 +20,11 @@ const MOST: f64 = 700.0;
 /// eˣ of several numbers, without branches as long as all of them are moderate.
 #[inline]
 pub(crate) fn exp_lanes<const L: usize>(x: &[f64; L]) -> [f64; L] {
-    // One by itself is computed faster from a table.
+    // A single number is computed faster from a table.
     if L == 1 || x.iter().any(|x| x.abs() > MOST || x.is_nan()) {
         return x.map(f64::exp);
     }
-    // A loop, which the compiler makes side by side.
+    // A loop that the compiler vectorises.
     let mut powers = [0.0; L];
     for (power, x) in powers.iter_mut().zip(x) {
         *power = exp_moderate(*x);
@@ -47,7 +47,7 @@ fn exp_moderate(x: f64) -> f64 {
         4.138_136_797_057_238_460_39e-8,
     ];
     let c = minus_product(r, z, polynomial(z, p));
-    // n stands in the lowest bits of the sum; with the bias it becomes the exponent.
+    // n is in the lowest bits of the sum; with the bias it becomes the exponent.
     let power = f64::from_bits(shifted.to_bits().wrapping_add(1023) << 52);
     (1.0 - ((low - r * c / (2.0 - c)) - high)) * power
 }

@@ -1,8 +1,8 @@
-//! [`Fingerprint`]: a number that knows only how it was computed.
+//! [`Fingerprint`]: a number type that records only how a number was computed, as a hash value.
 //!
-//! What a scene concludes from a formula when it is compiled holds as long as the formula does. One that reads something besides its
-//! arguments (a static, a cell) may be another one in the next run. So every run evaluates the formulas on numbers
-//! that are hash values of operations, operands and constants: the same formula gives the same number, and another formula another one.
+//! The results of compiling a scene are valid as long as its formulas do not change. A formula that reads something besides its arguments
+//! (a static, a cell) may be different in the next run. Every run therefore evaluates the formulas with hash values of operations,
+//! operands and constants: equal formulas have equal hash values, and different ones have different values.
 
 use num_traits::{One, Zero};
 use std::iter::Sum;
@@ -15,7 +15,7 @@ use crate::number::note_look;
 #[derive(Clone, Copy)]
 pub struct Fingerprint(u64);
 
-/// Odd, with digits that look random: 2⁶⁴ over the golden ratio.
+/// Odd, with random-looking digits: 2⁶⁴ over the golden ratio.
 const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
 
 impl Fingerprint {

@@ -13,7 +13,7 @@ pub fn with_slope(re: f64, slope: f64) -> Slope {
     Slope::new(re, if slope == 0.0 { Derivative::none() } else { Derivative::some(SVector::from([slope])) })
 }
 
-/// The derivative.
+/// The derivative of a number, zero if absent.
 #[inline]
 pub fn slope(x: &Slope) -> f64 {
     x.eps.0.map_or(0.0, |eps| eps[0])

@@ -1,24 +1,24 @@
-//! Norms and sums in four independent chains, which the processor works on side by side, products that it may fuse with sums, and numbers that stay out
-//! of vectors.
+//! Norms and sums in four independent chains, which the processor computes in parallel; products that it may fuse with sums; and numbers
+//! that are kept out of vectors.
 
 use std::sync::atomic::{Ordering, compiler_fence};
 
-/// The larger of two numbers; a single instruction, where `f64::max` takes care of NaN too.
+/// The larger of two numbers, in a single instruction; `f64::max` also handles NaN.
 #[inline(always)]
 pub(crate) fn larger(a: f64, b: f64) -> f64 {
     if b > a { b } else { a }
 }
 
-/// Whether the processor that is compiled for multiplies and adds in one instruction, rounded once.
+/// True if the target processor multiplies and adds in one instruction, rounded once.
 const IS_FUSED: bool = cfg!(any(target_feature = "fma", target_arch = "aarch64"));
 
-/// c − a b, rounded once where the processor that is compiled for does so.
+/// c − a b, rounded once if the target processor does so.
 #[inline(always)]
 pub(crate) fn minus_product(c: f64, a: f64, b: f64) -> f64 {
     if IS_FUSED { (-a).mul_add(b, c) } else { c - a * b }
 }
 
-/// c + a b, likewise.
+/// c + a b, rounded once if the target processor does so.
 #[inline(always)]
 pub(crate) fn plus_product(c: f64, a: f64, b: f64) -> f64 {
     if IS_FUSED { a.mul_add(b, c) } else { c + a * b }
@@ -30,7 +30,7 @@ pub(super) fn polynomial<const N: usize>(z: f64, coefficients: [f64; N]) -> f64 
     coefficients.into_iter().rev().reduce(|sum, c| plus_product(c, z, sum)).unwrap_or(0.0)
 }
 
-/// The maximum norm; NaN is passed over.
+/// The maximum norm; NaN is ignored.
 pub(crate) fn largest(x: &[f64]) -> f64 {
     let (chunks, rest) = x.as_chunks::<4>();
     let mut lanes = [0.0; 4];
@@ -42,7 +42,7 @@ pub(crate) fn largest(x: &[f64]) -> f64 {
     lanes.iter().chain(rest).fold(0.0, |size, x| larger(size, x.abs()))
 }
 
-/// Whether no entry is infinite or NaN.
+/// True if no entry is infinite or NaN.
 pub(crate) fn all_finite(x: &[f64]) -> bool {
     let (chunks, rest) = x.as_chunks::<4>();
     let mut lanes = [0.0; 4];
@@ -55,7 +55,7 @@ pub(crate) fn all_finite(x: &[f64]) -> bool {
     rest.iter().fold(total(lanes), |sum, x| sum + x * 0.0) == 0.0
 }
 
-/// Goes through two lists side by side, four entries at a time: half of a short loop is the loop itself.
+/// Visits the entries of two lists in pairs, four at a time: half of the time of a short loop is the loop itself.
 #[inline(always)]
 pub(crate) fn by_fours<X, Y>(x: &[X], y: &[Y], mut each: impl FnMut(&X, &Y)) {
     debug_assert_eq!(x.len(), y.len());
@@ -69,7 +69,7 @@ pub(crate) fn by_fours<X, Y>(x: &[X], y: &[Y], mut each: impl FnMut(&X, &Y)) {
     x_rest.iter().zip(y_rest).for_each(|(x, y)| each(x, y));
 }
 
-/// y_i := what stands in x at place number i; four at a time likewise.
+/// y_i := x at index `places[i]`, four at a time.
 #[inline]
 pub(crate) fn take(x: &[f64], places: &[usize], y: &mut [f64]) {
     let ((places, places_rest), (y, y_rest)) = (places.as_chunks::<4>(), y.as_chunks_mut::<4>());
@@ -77,7 +77,7 @@ pub(crate) fn take(x: &[f64], places: &[usize], y: &mut [f64]) {
     y_rest.iter_mut().zip(places_rest).for_each(|(y, &place)| *y = x[place]);
 }
 
-/// x += y; that the two do not overlap is known from here on.
+/// x += y, in a function whose arguments are known not to overlap.
 #[inline]
 pub(crate) fn add(x: &mut [f64], y: &[f64]) {
     x.iter_mut().zip(y).for_each(|(x, y)| *x += y);
@@ -110,23 +110,23 @@ pub(crate) fn add_dot(x: &[f64], (a, y): (f64, &[f64]), (b, z): (f64, &[f64]), s
     }
 }
 
-/// The total of partial sums: halves are added as they lie in registers.
+/// The total of partial sums, in the order in which registers hold their halves.
 #[inline(always)]
 pub(crate) fn total(sums: [f64; 4]) -> f64 {
     (sums[0] + sums[2]) + (sums[1] + sums[3])
 }
 
-/// Leaves the number just read or written by itself: compilers make no vector of it and the next one.
+/// Keeps the compiler from combining the number just read or written with the next one in a vector.
 ///
-/// For solves with few unknowns, which read what was written a moment ago: a vector of numbers that were written one by one waits until the processor has
-/// stored them all, and vectors of two or three take more shuffles than they save (3 % of the gradient of a cart with three links, 8 % where
-/// it is built for AVX-512).
+/// For solves with few unknowns, which read numbers written a moment ago: a load of a vector whose numbers were written one by one waits
+/// until all are stored, and vectors of two or three take more shuffles than they save (3 % of the gradient of a cart with three links,
+/// 8 % if it is built for AVX-512).
 #[inline(always)]
 pub(crate) fn singly() {
     compiler_fence(Ordering::SeqCst);
 }
 
-/// Copies number by number, of slices of one length.
+/// Copies number by number between slices of the same length.
 #[inline(always)]
 pub(crate) fn copy_singly(from: &[f64], to: &mut [f64]) {
     debug_assert_eq!(from.len(), to.len(), "numbers to copy");

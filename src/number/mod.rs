@@ -1,4 +1,4 @@
-//! Numbers that formulas run on: plain and complex ones, and those that find out what a formula depends on.
+//! Number types for formulas: plain and complex numbers, and types that detect on what a formula depends.
 
 mod boundary;
 mod branch_detection;

@@ -1,4 +1,4 @@
-//! [`Real`]: the numbers that a whole simulation can run on.
+//! [`Real`]: the number types with which a whole simulation can be computed.
 
 use num_dual::{Dual64, DualNum};
 
@@ -21,13 +21,14 @@ pub trait Family {
 /// real. The same factors are used for the real part and all derivative parts, because the matrix determines only how fast the iteration
 /// converges, not its limit.
 pub trait Real: DualNum<Primitive = f64> + Copy + Scalar + Send + Sync {
-    /// Number of real numbers it consists of.
+    /// Number of real numbers of which a value consists.
     const PARTS: usize;
-    /// Part `k`: 0 is the real value, 1 the imaginary or derivative part; of hyper-dual numbers 1 and 2 are those along both directions, 3 the mixed one.
+    /// Part `k`: 0 is the real value, 1 the imaginary or derivative part. For hyper-dual numbers, 1 and 2 are the derivatives along the two
+    /// directions, and 3 is the mixed one.
     fn part(&self, k: usize) -> f64;
     /// Adds `x` to part `k`.
     fn add_to_part(&mut self, k: usize, x: f64);
-    /// The member of a family that is made for this type.
+    /// The member of a family for this type.
     #[doc(hidden)]
     fn of<F: Family>(family: F) -> F::Of<Self>;
 }

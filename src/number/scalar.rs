@@ -1,4 +1,4 @@
-//! The number types: [`Scalar`] is all that model code sees, [`Real`](super::real::Real) is what a simulation runs on.
+//! The number types: model code uses [`Scalar`], and simulations run with [`Real`](super::real::Real).
 
 use nalgebra::{SMatrix, Scalar as MatrixEntry};
 use num_dual::DualNum;
@@ -47,7 +47,7 @@ impl<T, Rhs> Arithmetic<Rhs> for T where
 ///
 /// Scale a vector by a number of its own type: `vector * S::from(0.3)`.
 ///
-/// It has the arithmetic operators (write constants on the right: `x * 2.0`, not `2.0 * x`) and the functions below. It is deliberately not
+/// A `Scalar` has the arithmetic operators (constants on the right: `x * 2.0`, not `2.0 * x`) and the functions below. It is deliberately not
 /// a nalgebra `ComplexField`: `norm`, `dotc` and `adjoint` conjugate or take absolute values, which would invalidate a complex step, so
 /// they do not compile in a formula; `dot`, `+`, `*` and `transpose` do.
 pub trait Scalar:
@@ -107,13 +107,13 @@ pub trait Scalar:
         use std::f64::consts::{FRAC_PI_2, PI};
         let y = *self;
         if x.re() == 0.0 && y.re() == 0.0 {
-            // No angle has a derivative at the origin, and neither has the distance. Subtracting it keeps an angle of −0.
+            // At the origin neither the angle nor the distance has a derivative. Subtracting the distance keeps an angle of −0.
             return -(-y.hypot(x) - y.re().atan2(x.re()));
         }
         if x.re().is_infinite() && y.re().is_infinite() {
             return Self::from(y.re().atan2(x.re()));
         }
-        // Divide by the larger of the two, so that x = 0 is an ordinary point.
+        // Divides by the larger of the two, so that x = 0 is an ordinary point.
         if x.re().abs() >= y.re().abs() {
             let turn = if x.re() >= 0.0 { -0.0 } else { PI.copysign(y.re()) };
             (y / x).atan() + turn
@@ -122,7 +122,7 @@ pub trait Scalar:
         }
     }
 
-    /// |x|, by the sign of the real value; that of −0 is 0.
+    /// |x| by the sign of the real value; |−0| is 0.
     fn abs(&self) -> Self {
         if self.re() < 0.0 { -*self } else { *self + 0.0 }
     }
@@ -137,18 +137,18 @@ pub trait Scalar:
         if other.re() < self.re() { other } else { *self }
     }
 
-    /// The number brought between two bounds, `x.clamp(-1.0, 1.0)`: the derivative is that of x within them and that of the bound beyond; at a bound it is that
-    /// of x. The upper bound wins where it is below the lower one.
+    /// The number limited to an interval, `x.clamp(-1.0, 1.0)`. The derivative is that of x inside and at the bounds, and that of the bound
+    /// outside. If the upper bound is below the lower one, the result is the upper bound.
     fn clamp(&self, low: impl Into<Self>, high: impl Into<Self>) -> Self {
         self.max(low.into()).min(high.into())
     }
 
-    /// −1 below zero and 1 elsewhere, also at ±0, by the real value; the derivative is zero.
+    /// −1 for negative real values and 1 otherwise, also at ±0; the derivative is zero.
     fn signum(&self) -> Self {
         Self::from(if self.re() < 0.0 { -1.0 } else { 1.0 })
     }
 
-    /// xⁿ for an exponent n that is a number of the formula, x > 0; [`powf`](Self::powf) for a constant one.
+    /// xⁿ for a variable exponent n, x > 0; use [`powf`](Self::powf) for a constant one.
     fn pow(&self, n: Self) -> Self {
         (self.ln() * n).exp()
     }

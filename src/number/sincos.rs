@@ -1,20 +1,20 @@
-//! Sine and cosine together, inlined: angles of one iteration are then computed side by side.
+//! Sine and cosine together, inlined so that the angles of one iteration are computed in parallel.
 //!
-//! x = n π/2 + r with |r| ≤ π/4, π/2 in two parts of which the first has so few digits that n times it is exact; then Taylor
-//! polynomials in r² with minimax coefficients, to about one unit in the last place (the coefficients are those of
-//! fdlibm's `k_sin.c` and `k_cos.c`). Angles beyond 10⁵ rad and values that are not finite go to the standard library.
+//! x = n π/2 + r with |r| ≤ π/4. The first of two parts of π/2 has so few digits that n times it is exact. Polynomials in r² with minimax
+//! coefficients (those of fdlibm's `k_sin.c` and `k_cos.c`) are accurate to about one unit in the last place. For angles beyond 10⁵ rad
+//! and values that are not finite, the standard library computes the result.
 
-// The coefficients are given as in their source.
+// Coefficients as in their source.
 #![expect(clippy::excessive_precision)]
 
 use std::f64::consts::FRAC_2_PI;
 
 use super::lanes::{minus_product, plus_product, polynomial};
 
-/// π/2 to 33 bits, and the rest.
+/// π/2 to 33 bits, and the remainder.
 const FRAC_PI_2_HIGH: f64 = 1.570_796_326_734_125_614_17;
 const FRAC_PI_2_LOW: f64 = 6.077_100_506_506_192_249_32e-11;
-/// Adding and subtracting it rounds to an integer, which then stands in the lowest bits of the sum.
+/// Adding and subtracting this number rounds to an integer, which is then in the lowest bits of the sum.
 pub(super) const ROUND: f64 = 6_755_399_441_055_744.0;
 const MOST: f64 = 1e5;
 
@@ -58,7 +58,7 @@ pub(crate) fn sin_cos_lanes<const L: usize>(x: &[f64; L]) -> ([f64; L], [f64; L]
     (sines, cosines)
 }
 
-/// An angle and its sine and cosine, from which those of angles nearby follow: an iteration turns an angle by little.
+/// An angle with its sine and cosine, from which those of nearby angles follow: an iteration changes an angle only a little.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Known {
     angle: f64,
@@ -69,10 +69,10 @@ pub(crate) struct Known {
 impl Known {
     /// No angle is near this one.
     pub(crate) const NONE: Known = Known { angle: f64::NAN, sin: 0.0, cos: 0.0 };
-    /// For turns ε below this the terms of Taylor's series that are left out are below 1e-17.
+    /// For ε below this, the omitted terms of Taylor's series are below 1e-17.
     const NEAR: f64 = 1.0 / 256.0;
 
-    /// (sin x, cos x) by the addition theorem for x = angle + ε with a small ε, otherwise anew, and x is the known angle then.
+    /// (sin x, cos x) by the addition theorem for x = angle + ε with a small ε; otherwise computed directly, and x becomes the known angle.
     #[inline(always)]
     pub(crate) fn sin_cos(&mut self, x: f64) -> (f64, f64) {
         let turn = x - self.angle;
@@ -109,7 +109,7 @@ fn sine(r: f64) -> f64 {
         1.589_690_995_211_550_102_21e-10,
     ];
     let sine = plus_product(r, z * r, plus_product(-1.666_666_666_666_663_243_48e-1, z, polynomial(z, high)));
-    // Its sign is that of r, also of −0, which a sum loses.
+    // The result has the sign of r, also of −0, which a sum loses.
     f64::from_bits(sine.to_bits() | (r.to_bits() & (1 << 63)))
 }
 

@@ -1,10 +1,10 @@
-//! [`Strided`]: numbers at equal distances in a list, as those of elements are that were made in a loop, and [`StridedDifference`] of such.
+//! [`Strided`]: numbers at equal distances in a list, as of elements created in a loop; and their differences, [`StridedDifference`].
 //!
-//! Two numbers say where they stand, and loops over them need not look whether each place is there: half the work of a list of places.
+//! Two numbers describe the positions, and loops need not check that each position exists: half the work of a list of positions.
 
 use super::plus_product;
 
-/// The first of several numbers, and how far each stands from the one before.
+/// Position of the first of several numbers, and the distance between successive ones.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Strided {
     pub(crate) first: usize,
@@ -12,7 +12,7 @@ pub(crate) struct Strided {
 }
 
 impl Strided {
-    /// What stands at these places, if they are at least four at equal distances of one to three.
+    /// The numbers at these places, if they are at least four at equal distances of one to three.
     pub(crate) fn new(places: &[u32]) -> Option<Self> {
         let [first, second, _, _, ..] = *places else { return None };
         let stride = second.checked_sub(first).filter(|stride| (1..=3).contains(stride))?;
@@ -21,17 +21,17 @@ impl Strided {
     }
 }
 
-/// Such numbers, or their differences from others with the same stride.
+/// Strided numbers, or their differences from others with the same stride.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct StridedDifference {
     first: usize,
-    /// The first of those others.
+    /// Position of the first of the others.
     reference: Option<usize>,
     pub(crate) stride: usize,
 }
 
 impl StridedDifference {
-    /// What stands at some places, less what stands at others.
+    /// The numbers at some places, minus those at others.
     pub(crate) fn new(places: &[u32], reference: Option<&[u32]>) -> Option<Self> {
         let Strided { first, stride } = Strided::new(places)?;
         let reference = match reference {
@@ -41,7 +41,7 @@ impl StridedDifference {
         Some(StridedDifference { first, reference, stride })
     }
 
-    /// Adds x y to them, where y are the numbers of another list with the same stride; a difference becomes larger by what is added to its first
+    /// Adds x y to the numbers, where y are those of another list with the same stride. For a difference, the products are added to its first
     /// number and subtracted from the other.
     #[inline]
     pub(crate) fn add_products(self, x: &[f64], (y, of): (StridedDifference, &[f64]), to: &mut [f64]) {
@@ -67,7 +67,7 @@ impl StridedDifference {
 
 #[inline(always)]
 fn add_products<const D: usize>(x: &[f64], y: &[f64], to: &mut [f64]) {
-    // After the last number there may be less than the distance to another.
+    // After the last number there may be fewer entries than the stride.
     let Some((last, x)) = x.split_last() else { return };
     let end = x.len() * D;
     to[end] = plus_product(to[end], *last, y[end]);
@@ -81,7 +81,7 @@ fn add_products<const D: usize>(x: &[f64], y: &[f64], to: &mut [f64]) {
     x_rest.iter().zip(y_rest).zip(to_rest).for_each(|((x, y), to)| to[0] = plus_product(to[0], *x, y[0]));
 }
 
-/// Products for differences, with differences, or both.
+/// Adds products to differences, of differences, or both.
 #[inline(always)]
 fn add_differences<const D: usize, const TO: bool, const OF: bool>(
     x: &[f64],
@@ -99,7 +99,7 @@ fn add_differences<const D: usize, const TO: bool, const OF: bool>(
     }
 }
 
-// If the place of the last of some is there, so are all: no more is looked at.
+// If the last place exists, so do all: only one is checked.
 #[inline(always)]
 fn add_some<const D: usize, const L: usize, const TO: bool, const OF: bool>(
     x: &[f64; L],

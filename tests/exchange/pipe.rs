@@ -77,7 +77,10 @@ fn programs_that_fail_are_told_of() {
     assert_says(&problem(shell("while read line; do echo '[[1,2],[3]]'; done")), &["different lengths"]);
     assert_says(&problem(shell("while read line; do echo 'one'; done")), &["`one` is not JSON"]);
     assert_says(&problem(shell("while read line; do echo '[[1,null],[0,1]]'; done")), &["not a matrix of numbers"]);
-    assert_says(&problem(shell("while read line; do echo '[[1,2],[3,4]]'; echo '[[1,2],[3,4]]'; done")), &["one line too many"]);
+    assert_says(
+        &problem(shell("while read line; do echo '[[1,2],[3,4]]'; echo '[[1,2],[3,4]]'; done")),
+        &["one line too many"],
+    );
     // Right answers, but one more at the end.
     let pipe = shell("read line; echo '[[1,2],[3,4]]'; sleep 0.2; echo '[[1,2],[3,4]]'; while read line; do echo; done");
     pipe.ask("jacobian", &[1.0, 2.0][..]);

@@ -138,7 +138,10 @@ fn diagnose(
     }
     let is_end = |&j: &usize| j < channels || j + channels >= count;
     if count > 2 * channels && wrong.iter().all(is_end) {
-        return says(Mistake::Unexplained, "only the ends of the motion are wrong: check how the sweep starts and ends".into());
+        return says(
+            Mistake::Unexplained,
+            "only the ends of the motion are wrong: check how the sweep starts and ends".into(),
+        );
     }
     // Tried after simpler mistakes: if neighbours are equal, shifted values are equal, too.
     let shifted = |by: usize, back: bool| {

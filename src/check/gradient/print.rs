@@ -52,7 +52,9 @@ impl fmt::Display for GradientReport {
             None if self.taylor.remainders.is_empty() => {
                 writeln!(f, "  Taylor remainder: none, because no neighbouring motion could be computed")?
             }
-            None => writeln!(f, "  Taylor remainder: only rounding at all steps; the function is linear along this direction")?,
+            None => {
+                writeln!(f, "  Taylor remainder: only rounding at all steps; the function is linear along this direction")?
+            }
         }
         let most = self.directions.iter().fold(0.0f64, |most, row| most.max(row.size));
         if most > 0.0 && most < OF_VALUE * self.value.abs() {
