@@ -49,7 +49,7 @@
 //! 0   = 𝓛_σ                    (1c)   = dΦ/dt = Φ_q v + Φ_t
 //! ```
 //!
-//! | paper | what | where |
+//! | paper | subject | file in `src` |
 //! |---|---|---|
 //! | (1a)–(1c) | equations of motion, from the elements | `model/element.rs`, `system/` |
 //! | | consistent start: v₀ and σ₀ from q₀ and p*₀ | `forward/start.rs` |
@@ -59,7 +59,7 @@
 //! | | formulas as programs | `program/`, docs/programs.md |
 //! | (5) | cost J = Σ h_i + S | `model/element.rs` ([`Cost`], [`Sum`]), `system/cost.rs` |
 //! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns per step | `adjoint/sweep.rs` |
-//! | (2)–(12) | the same with all 4n + m unknowns, in the paper's blocks, as the reference for the reduced equations | `paper_system.rs` ([`paper_system`]) |
+//! | (2)–(12) | all 4n + m unknowns in the paper's blocks, as the reference for the reduced equations | `paper_system.rs` ([`paper_system`]) |
 //! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint/sweep.rs` |
 //! | Section 4 | the example | `scene/scenes.rs` |
 //! | | dependent constraints; restarts; halved steps; checkpoints | `forward/`, `motion/refinement.rs`, `solver/long/` |

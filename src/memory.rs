@@ -1,21 +1,21 @@
-//! What no memory can hold is refused before any of it is allocated: an allocation that fails would end the process.
+//! Checks of available memory before an allocation, because a failed allocation would end the process.
 
 use std::hint::black_box;
 
 use crate::Error;
 
-/// Refuses so many things of this size if the system would not give the memory for them.
+/// Returns an error if the system cannot provide memory for `count` items of this size.
 pub(crate) fn check(what: &'static str, count: usize, size: usize) -> Result<(), Error> {
     let bytes = count.saturating_mul(size);
-    // Asked for and given back at once; the compiler must not conclude that it was given.
+    // Reserved and released at once; the compiler must not assume that it succeeded.
     let granted = black_box(&mut Vec::<u8>::new()).try_reserve_exact(bytes);
     granted.map_err(|_| Error::OutOfMemory { what, bytes })
 }
 
-/// The same for what cannot return an error.
+/// Like `check`, for callers that cannot return an error.
 ///
 /// # Panics
-/// If they cannot be held in memory.
+/// If the memory is not available.
 #[track_caller]
 pub(crate) fn require(what: &'static str, count: usize, size: usize) {
     if let Err(error) = check(what, count, size) {
@@ -30,7 +30,7 @@ mod tests {
     #[test]
     fn what_fits_is_granted_and_what_cannot_is_refused_with_its_size() {
         assert_eq!(check("a list", 1000, 8), Ok(()));
-        // More than any address space has, and more than a number can tell.
+        // More than any address space, and more than a number can express.
         for (count, bytes) in [(usize::MAX / 16 + 1, usize::MAX / 2 + 1), (usize::MAX, usize::MAX)] {
             assert_eq!(check("a list", count, 8), Err(Error::OutOfMemory { what: "a list", bytes }));
         }

@@ -60,7 +60,7 @@ impl Variable {
     /// All parts in the paper's order.
     pub const ALL: [Variable; 5] = [Variable::V, Variable::PStarDot, Variable::Q, Variable::PStar, Variable::Sigma];
 
-    /// Its symbol.
+    /// Symbol of this part.
     pub fn name(self) -> &'static str {
         ["v", "ṗ*", "q", "p*", "σ"][self as usize]
     }
@@ -70,7 +70,7 @@ impl Equation {
     /// All rows in the paper's order.
     pub const ALL: [Equation; 5] = [Equation::F1, Equation::F2, Equation::F3, Equation::F4, Equation::F5];
 
-    /// Its symbol.
+    /// Symbol of this equation.
     pub fn name(self) -> &'static str {
         ["f1", "f2", "f3", "f4", "f5"][self as usize]
     }
@@ -79,7 +79,7 @@ impl Equation {
 /// A tangent matrix ∂f/∂y with named blocks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tangent {
-    /// (4n + m) × (4n + m).
+    /// The matrix, (4n + m) × (4n + m).
     pub matrix: DMatrix<f64>,
     n: usize,
     m: usize,
@@ -96,7 +96,7 @@ impl Tangent {
     }
 }
 
-/// The place of part `k` of y (or of f) among the 4n + m.
+/// Range of part `k` of y (or of f) among the 4n + m entries.
 pub(crate) fn part(k: usize, n: usize, m: usize) -> Range<usize> {
     k * n..if k < 4 { (k + 1) * n } else { 4 * n + m }
 }
@@ -125,13 +125,13 @@ pub struct PaperSystem<'a> {
     refinement: Refinement,
 }
 
-/// Everything that f_i and h_i depend on, on any numbers.
+/// All arguments of f_i and h_i, for any number type.
 #[derive(Clone)]
 pub(crate) struct Arguments<R> {
     pub(crate) y: DVector<R>,
     pub(crate) y_previous: DVector<R>,
     pub(crate) u: DVector<R>,
-    /// At the nodes before and after: for u̇ of the steps beside a node.
+    /// Controls at the nodes before and after, for u̇ of the adjacent steps.
     pub(crate) u_beside: [DVector<R>; 2],
     pub(crate) b: DVector<R>,
 }
@@ -250,7 +250,7 @@ impl<'a> PaperSystem<'a> {
         Error::SingularStep { step: i, time: self.trajectory.times[i], unknown, pivot: 0.0 }
     }
 
-    /// The nodes before and after; the node itself where there is none.
+    /// The nodes before and after, or the node itself if there is none.
     fn beside(&self, i: usize) -> [usize; 2] {
         [i.saturating_sub(1), (i + 1).min(self.inputs.grid.steps.len())]
     }
@@ -267,7 +267,7 @@ impl<'a> PaperSystem<'a> {
         }
     }
 
-    /// f_i at any arguments.
+    /// f_i for any arguments.
     pub(crate) fn residual<R: Real>(&self, i: usize, at: &Arguments<R>) -> DVector<R> {
         let (n, m) = (self.system.n(), self.system.m());
         let of = |y: &DVector<R>, which: Variable| {
@@ -360,7 +360,7 @@ impl<'a> PaperSystem<'a> {
         })
     }
 
-    /// u̇ of a step beside node `i`.
+    /// u̇ of a step adjacent to node `i`.
     fn control_rates(&self, at: &Arguments<Dual64>, i: usize, step: usize) -> DVector<Dual64> {
         let change = if step == i { &at.u - &at.u_beside[0] } else { &at.u_beside[1] - &at.u };
         self.inputs.grid.steps.get(step - 1).map_or(change.clone(), |length| change / Dual64::from_re(*length))

@@ -62,7 +62,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// Refuses what no comparison would ever exceed or meet.
+    /// Returns an error for tolerances and limits that are not usable.
     pub(crate) fn check(&self) -> Result<(), Error> {
         self.scheme.check()?;
         let bounds = [

@@ -79,7 +79,7 @@ pub enum Warning {
     Braked {
         /// The step with the largest loss, counted from 1.
         step: usize,
-        /// Time at its end, s.
+        /// Time at the end of this step, s.
         time: f64,
         /// Energy lost in this step, times the number of steps, relative to the largest kinetic energy; at least [`BRAKED`](Warning::BRAKED).
         share: f64,
@@ -138,7 +138,7 @@ pub enum Warning {
         element: String,
         /// The step of this event with the largest missing effect, counted from 1.
         step: usize,
-        /// Time at its end, s.
+        /// Time at the end of this step, s.
         time: f64,
         /// The missing share of the effect on the cost, over all events and elements.
         share: f64,
@@ -152,9 +152,9 @@ pub enum Warning {
     Drift {
         /// The equation that is violated most, relative to its lengths.
         equation: String,
-        /// Its largest |Φ| at the examined nodes, m or rad.
+        /// Largest |Φ| of this equation at the examined nodes, m or rad.
         violation: f64,
-        /// Its largest |Φ| relative to its lengths.
+        /// Largest |Φ| of this equation, relative to its lengths.
         share: f64,
         /// The first examined step at whose end the violation exceeds the threshold, counted from 1.
         step: usize,
@@ -167,7 +167,7 @@ pub enum Warning {
     Rough {
         /// The first of these steps, counted from 1.
         step: usize,
-        /// Time at its end, s.
+        /// Time at the end of this step, s.
         time: f64,
         /// Number of such steps.
         steps: usize,
@@ -176,7 +176,7 @@ pub enum Warning {
     HalvedSteps {
         /// The first of these steps, counted from 1.
         step: usize,
-        /// Time at its beginning, s.
+        /// Time at the beginning of this step, s.
         time: f64,
         /// Number of inserted nodes in all steps.
         inserted: usize,

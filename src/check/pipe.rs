@@ -202,5 +202,5 @@ fn matrix(line: &str) -> Result<DMatrix<f64>, String> {
 }
 
 fn wrong(problem: String) -> Error {
-    Error::File { kind: "a program", place: "asked for derivatives".into(), problem }
+    Error::File { kind: "a program", place: "requested derivatives".into(), problem }
 }

@@ -158,7 +158,7 @@ impl Answers {
     /// # Errors
     /// The first request without a matrix.
     pub fn finish(self) -> Result<(), Error> {
-        self.problem.into_inner().map_or(Ok(()), |problem| Err(wrong("asked for derivatives".into(), problem)))
+        self.problem.into_inner().map_or(Ok(()), |problem| Err(wrong("requested derivatives".into(), problem)))
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt;
 
 use super::{Error, seconds};
 
-/// Hint for a motion that is driven by constraints that depend on time.
+/// Hint if the motion is driven by constraints that depend on time.
 fn out_of_reach(driven: &[String]) -> String {
     if driven.is_empty() {
         return String::new();
@@ -15,7 +15,7 @@ fn out_of_reach(driven: &[String]) -> String {
     )
 }
 
-/// The message of `Display`, because `expect`, and a `main` that returns the error, print `Debug`.
+/// `Debug` prints the message of `Display`, because `expect`, and a `main` that returns the error, print `Debug`.
 impl fmt::Debug for Error {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         fmt::Display::fmt(self, f)
@@ -173,7 +173,7 @@ impl fmt::Display for Error {
             ),
             Error::Changed { element } => write!(
                 f,
-                "the formula of `{element}` depends on its arguments in another way than when the scene was compiled; turn quantities that \
+                "the formula of `{element}` depends on its arguments differently than when the scene was compiled; turn quantities that \
                  change between runs into controls or design variables, or compile the scene again"
             ),
             Error::Overflow { what, value } if value.is_nan() => write!(

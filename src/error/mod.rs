@@ -55,7 +55,7 @@ pub enum Error {
     Parameter {
         /// Name of the constant.
         what: String,
-        /// Its value.
+        /// Value of the constant.
         value: f64,
         /// The condition on the value.
         must_be: &'static str,
@@ -80,21 +80,21 @@ pub enum Error {
     NotFinite {
         /// Name of the input and its entry.
         what: String,
-        /// Its value.
+        /// Value of the entry.
         value: f64,
     },
     /// The length of a time step is zero or not finite.
     TimeStep {
         /// The step, counted from 1.
         step: usize,
-        /// Its length in s.
+        /// Length of the step, s.
         length: f64,
     },
     /// The initial coordinates violate a constraint: Φ(q₀, t₀) ≠ 0.
     InitialPosition {
         /// The constraint equation that is violated most.
         equation: String,
-        /// Its value, m or rad.
+        /// Value of this equation, m or rad.
         violation: f64,
         /// The tolerance.
         tolerance: f64,
@@ -103,7 +103,7 @@ pub enum Error {
     InitialVelocity {
         /// The constraint equation that is violated most.
         equation: String,
-        /// Its rate, m/s or rad/s.
+        /// Rate of this equation, m/s or rad/s.
         violation: f64,
         /// The tolerance.
         tolerance: f64,
@@ -112,7 +112,7 @@ pub enum Error {
     Assembly {
         /// The constraint equation that is violated most.
         equation: String,
-        /// Its violation, m or rad.
+        /// Violation of this equation, m or rad.
         violation: f64,
         /// The tolerance.
         tolerance: f64,
@@ -141,7 +141,7 @@ pub enum Error {
     DependentConstraints {
         /// The rank of Φ_q.
         rank: usize,
-        /// Its number of rows.
+        /// Number of rows of Φ_q.
         rows: usize,
         /// The dependent constraint equations.
         equations: Vec<String>,
@@ -166,7 +166,7 @@ pub enum Error {
         time: f64,
         /// The rank of Φ_q.
         rank: usize,
-        /// Its number of rows.
+        /// Number of rows of Φ_q.
         rows: usize,
         /// The dependent constraint equations.
         equations: Vec<String>,
@@ -184,7 +184,7 @@ pub enum Error {
     Newton {
         /// The step, counted from 1.
         step: usize,
-        /// The time at its end, s.
+        /// Time at the end of the step, s.
         time: f64,
         /// Number of iterations.
         iterations: usize,
@@ -204,7 +204,7 @@ pub enum Error {
     Projection {
         /// The step, counted from 1.
         step: usize,
-        /// The time at its end, s.
+        /// Time at the end of the step, s.
         time: f64,
         /// Number of corrections.
         iterations: usize,
@@ -238,7 +238,7 @@ pub enum Error {
     SingularStep {
         /// The step, counted from 1.
         step: usize,
-        /// The time at its end, s.
+        /// Time at the end of the step, s.
         time: f64,
         /// The unknown at which the elimination failed.
         unknown: String,
@@ -253,10 +253,10 @@ pub enum Error {
         arguments: String,
         /// The node, 0 … N.
         node: usize,
-        /// Its time, s.
+        /// Time of the node, s.
         time: f64,
     },
-    /// A formula depends on its arguments in another way than when the scene was compiled, so that its structure is no longer valid.
+    /// A formula depends on its arguments differently than when the scene was compiled, so its structure is no longer valid.
     Changed {
         /// The element.
         element: String,
@@ -265,7 +265,7 @@ pub enum Error {
     Overflow {
         /// Name of the quantity.
         what: String,
-        /// Its value.
+        /// Value of the quantity.
         value: f64,
     },
     /// Multiple shooting does not support a feature of the problem.
@@ -303,7 +303,7 @@ pub enum Error {
     Restarted {
         /// The first node with a restart.
         node: usize,
-        /// Its time, s.
+        /// Time of the restart, s.
         time: f64,
     },
     /// Positions cannot be projected onto Φ = 0, because the kinetic energy is not quadratic in v: T_v(q, 0) ≠ 0.
@@ -323,7 +323,7 @@ pub enum Error {
         time: f64,
         /// Length of the shortest step tried, s.
         length: f64,
-        /// Its estimated error relative to the tolerance.
+        /// Estimated error of this step, relative to the tolerance.
         error: f64,
     },
     /// The tolerance is below the rounding error of a coordinate in one step.
@@ -332,7 +332,7 @@ pub enum Error {
         time: f64,
         /// The coordinate.
         coordinate: String,
-        /// Its rounding error, m or rad, or relative to the coordinate if it is larger than 1.
+        /// Rounding error of the coordinate, m or rad, or relative to the coordinate if it is larger than 1.
         rounding: f64,
         /// The tolerance.
         tolerance: f64,
@@ -361,7 +361,7 @@ pub enum Error {
 impl std::error::Error for Error {}
 
 impl Error {
-    /// The error with the node number of a longer motion, of which the present one begins at node `first`.
+    /// The error with node numbers of a longer motion, in which the present motion begins at node `first`.
     pub(crate) fn started_at(mut self, first: usize) -> Self {
         if let Error::Model { node: node @ 0, .. } = &mut self {
             *node = first;

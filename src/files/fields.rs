@@ -1,11 +1,11 @@
-//! [`Fields`]: an entry of a scene's file, read by its names.
+//! [`Fields`]: an entry of a scene file, whose fields are read by name.
 
 use serde_json::{Map, Value};
 
 use crate::model::{Control, Coordinate, Param};
 use crate::{Error, Scene};
 
-/// The fields of an entry, and which of them were asked for.
+/// The fields of an entry, and the names of those that were read.
 pub(super) struct Fields<'a> {
     pub(super) place: String,
     pub(super) all: &'a Map<String, Value>,
@@ -51,20 +51,22 @@ impl<'a> Fields<'a> {
         count.ok_or_else(|| self.wrong(&format!("`{name}` must be 0, 1, 2 …")))
     }
 
-    /// The coordinate of a name.
+    /// The coordinate called `name`.
     pub(super) fn coordinate(&self, name: &str, scene: &Scene) -> Result<Coordinate, Error> {
-        scene.coordinate_named(name).ok_or_else(|| self.wrong(&format!("there is no coordinate `{name}` before it")))
+        scene
+            .coordinate_named(name)
+            .ok_or_else(|| self.wrong(&format!("no coordinate `{name}` is defined before this part")))
     }
 
-    /// The control that is named in a field.
+    /// The control whose name is in a field.
     pub(super) fn control(&mut self, name: &str, scene: &Scene) -> Result<Control, Error> {
         let of = self.text(name)?;
-        scene.control_named(of).ok_or_else(|| self.wrong(&format!("there is no control `{of}` before it")))
+        scene.control_named(of).ok_or_else(|| self.wrong(&format!("no control `{of}` is defined before this part")))
     }
 
     pub(super) fn nothing_more(&self) -> Result<(), Error> {
         match self.all.keys().find(|name| !self.asked.contains(name)) {
-            Some(name) => Err(self.wrong(&format!("`{name}` is none of its fields"))),
+            Some(name) => Err(self.wrong(&format!("the field `{name}` does not exist here"))),
             None => Ok(()),
         }
     }
@@ -80,7 +82,7 @@ impl<'a> Fields<'a> {
 
     fn as_param(&self, name: &str, value: &Value, scene: &Scene) -> Result<Param, Error> {
         match value {
-            Value::Number(number) => number.as_f64().map(Param::from).ok_or_else(|| self.wrong("too large a number")),
+            Value::Number(number) => number.as_f64().map(Param::from).ok_or_else(|| self.wrong("the number is too large")),
             Value::String(text) => Param::read(text, |design| scene.design_named(design).map(Param::from))
                 .map_err(|(column, problem)| self.wrong(&format!("`{name}`, character {column} of its formula: {problem}"))),
             _ => Err(self.wrong(&format!("`{name}` must be a number or a formula in quotes"))),

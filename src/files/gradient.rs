@@ -1,4 +1,4 @@
-//! [`Gradient`] to JSON: as inputs, each value by its name.
+//! [`Gradient`] to JSON, each value under the name of its input.
 
 use serde::Serialize;
 
@@ -15,7 +15,7 @@ struct File {
     /// dJ/du at all nodes.
     controls: Named<Vec<f64>>,
     design: Named<f64>,
-    /// What the motion started with, dJ/dq₀, and dJ/dv₀ or dJ/dp*₀.
+    /// Kind of the start; dJ/dq₀; and dJ/dv₀ or dJ/dp*₀.
     start: &'static str,
     q0: Named<f64>,
     rate0: Named<f64>,
@@ -55,7 +55,7 @@ impl Gradient {
         };
         let problem = |error: serde_json::Error| Error::File {
             kind: "gradient",
-            place: "the whole".into(),
+            place: "the whole file".into(),
             problem: error.to_string(),
         };
         serde_json::to_string_pretty(&file).map_err(problem)

@@ -9,7 +9,7 @@ use crate::{Coordinate, Error, Grid, Held, Inputs, Start, System};
 const FORMAT: &str = "hamiltonian-adjoint inputs";
 const VERSION: u32 = 1;
 
-/// The file.
+/// Content of the file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -25,11 +25,11 @@ struct File {
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct GridPart {
-    /// s.
+    /// Time of the start, s.
     start: f64,
     steps: Vec<f64>,
     stages: usize,
-    /// Of a part of a longer motion.
+    /// Numbers of nodes before and after, for a part of a longer motion.
     #[serde(default, skip_serializing_if = "is_whole")]
     around: [usize; 2],
 }
@@ -38,7 +38,7 @@ fn is_whole(around: &[usize; 2]) -> bool {
     *around == [0, 0]
 }
 
-/// q₀, and v₀ or p*₀; what is held of a guess.
+/// q₀, and v₀ or p*₀; for a guess, also the held coordinates and velocities.
 #[derive(Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 enum StartPart {
@@ -112,7 +112,7 @@ impl Inputs {
             controls: by_controls(system, &self.controls),
             design: Named::new(designs(system), self.design.iter().copied()),
         };
-        serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole", &error.to_string()))
+        serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole file", &error.to_string()))
     }
 
     /// Reads inputs from JSON as [`to_json`](Self::to_json) writes it.

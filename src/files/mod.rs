@@ -1,6 +1,6 @@
-//! Inputs, gradients and motions as text that others can read and write: JSON and CSV, with the names of the scene.
+//! Inputs, gradients and motions as text that other programs can read and write: JSON and CSV, with the names of the scene.
 //!
-//! What is read may come from anybody: sizes are bounded by that of the text, and what does not fit is named with its place.
+//! Files may come from anybody: sizes are bounded by the length of the text, and errors contain the place of the problem.
 
 mod fields;
 mod gradient;
@@ -21,7 +21,7 @@ use serde::de::DeserializeOwned;
 
 use crate::Error;
 
-/// Refuses a file of another format or version.
+/// Returns an error for a file of another format or version.
 fn check_format<V: ToString>(kind: &'static str, (format, version): (&str, V), expected: (&str, u32)) -> Result<(), Error> {
     let version = version.to_string();
     if (format, &version) == (expected.0, &expected.1.to_string()) {
@@ -31,13 +31,13 @@ fn check_format<V: ToString>(kind: &'static str, (format, version): (&str, V), e
     Err(Error::File { kind, place: "`format`".into(), problem })
 }
 
-/// What a JSON file of some kind says.
+/// Content of a JSON file of the given kind.
 fn read_json<T: DeserializeOwned>(kind: &'static str, json: &str) -> Result<T, Error> {
-    // Some editors put a byte order mark before it.
+    // Some editors write a byte order mark at the beginning.
     let json = json.strip_prefix('\u{feff}').unwrap_or(json);
     serde_json::from_str(json).map_err(|error| {
         let problem = error.to_string();
-        // The place stands at its end, too.
+        // The message contains the place at its end, too.
         let problem = problem.rsplit_once(" at line").map_or(problem.as_str(), |(problem, _)| problem).to_string();
         Error::File { kind, place: format!("line {}, column {}", error.line(), error.column()), problem }
     })

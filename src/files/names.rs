@@ -1,4 +1,4 @@
-//! Lists of numbers by their names, and JSON whose names stand there once.
+//! Lists of numbers by name, and JSON with unique names.
 
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
@@ -9,7 +9,7 @@ use std::marker::PhantomData;
 
 use crate::Error;
 
-/// Values by their names, in the order of the scene or of the file; a name may stand there once.
+/// Values by name, in the order of the scene or of the file; names are unique.
 #[derive(Clone, Debug)]
 pub(super) struct Named<T>(pub(super) Vec<(String, T)>);
 
@@ -21,7 +21,7 @@ impl<T> Named<T> {
     /// The values in the order of these names.
     ///
     /// # Errors
-    /// A name that is missing, and one that the system does not have.
+    /// A missing name, or a name that the system does not have.
     pub(super) fn in_order<'a>(
         self,
         kind: &'static str,
@@ -72,7 +72,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
                 let mut known = std::collections::HashSet::new();
                 while let Some((name, value)) = map.next_entry::<String, T>()? {
                     if !known.insert(name.clone()) {
-                        return Err(de::Error::custom(format!("`{name}` stands here twice")));
+                        return Err(de::Error::custom(format!("`{name}` occurs twice here")));
                     }
                     all.push((name, value));
                 }
@@ -84,7 +84,7 @@ impl<'de, T: Deserialize<'de>> Deserialize<'de> for Named<T> {
     }
 }
 
-/// Any JSON in whose objects each name stands once.
+/// Any JSON whose objects have unique names.
 pub(super) struct Unique(pub(super) Value);
 
 impl<'de> Deserialize<'de> for Unique {

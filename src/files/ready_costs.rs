@@ -1,4 +1,4 @@
-//! Ready costs and outputs in a scene's file.
+//! Ready-made costs and outputs in a scene file.
 
 use serde_json::{Value, json};
 
@@ -7,14 +7,14 @@ use crate::model::Param;
 use crate::scene::ready::ReadyCost;
 use crate::{Error, Scene};
 
-/// Their kinds.
+/// Names of the kinds.
 pub(super) const EFFORT: &str = "effort";
 pub(super) const TIME: &str = "time";
 pub(super) const END_STATE: &str = "end state";
 pub(super) const READING: &str = "reading";
 
 impl Scene {
-    /// A ready cost or output, if a file can say it; an end state has the name of its coordinate.
+    /// A ready-made cost or output as JSON, if a file can store it; an end state has the name of its coordinate.
     pub(super) fn write_cost(&self, name: &str, cost: &ReadyCost, param: impl Fn(&Param) -> Option<Value>) -> Option<Value> {
         Some(match cost {
             ReadyCost::Effort { control, weight } => json!({
@@ -31,7 +31,7 @@ impl Scene {
 }
 
 impl Fields<'_> {
-    /// Adds the ready cost or output that the entry says.
+    /// Adds the ready-made cost or output of this entry.
     pub(super) fn add_cost(&mut self, kind: &str, name: &str, scene: &mut Scene) -> Result<(), Error> {
         match kind {
             EFFORT => {

@@ -1,4 +1,4 @@
-//! [`Report`] and [`Trajectory`] to JSON, and trajectories from it.
+//! [`Report`] and [`Trajectory`] to JSON, and trajectories from JSON.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -49,26 +49,26 @@ struct File {
     version: u32,
     scheme: String,
     nodes: States,
-    /// The states between nodes, of schemes that have some.
+    /// The states between nodes, if the scheme has any.
     stages: States,
-    /// Nodes, and from there on the equations that have compliances, with them.
+    /// Nodes from which compliances apply, and the equations with their compliances.
     compliance: Vec<(usize, Vec<(usize, f64)>)>,
     inserted: Vec<usize>,
     restarted: Vec<usize>,
 }
 
-/// Each number at all times.
+/// Values of each quantity at all times.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct States {
-    /// s.
+    /// Times, s.
     t: Vec<f64>,
     q: Named<Vec<f64>>,
     v: Named<Vec<f64>>,
     p_star: Named<Vec<f64>>,
     p_star_dot: Named<Vec<f64>>,
     sigma: Named<Vec<f64>>,
-    /// Controls, of stages.
+    /// Controls, only for stages.
     u: Named<Vec<f64>>,
 }
 
@@ -133,7 +133,7 @@ impl Trajectory {
             inserted: written(&self.inserted),
             restarted: written(&self.restarted),
         };
-        serde_json::to_string(&file).map_err(|error| wrong("the whole", &error.to_string()))
+        serde_json::to_string(&file).map_err(|error| wrong("the whole file", &error.to_string()))
     }
 
     /// Reads a motion from JSON as [`to_json`](Self::to_json) writes it.
@@ -145,7 +145,7 @@ impl Trajectory {
         let file: File = super::read_json(KIND, json)?;
         super::check_format(KIND, (&file.format, file.version), (FORMAT, VERSION))?;
         let scheme = Scheme::ALL.into_iter().find(|scheme| scheme.name == file.scheme);
-        let scheme = scheme.ok_or_else(|| wrong("`scheme`", &format!("`{}` is none that is known", file.scheme)))?;
+        let scheme = scheme.ok_or_else(|| wrong("`scheme`", &format!("there is no scheme `{}`", file.scheme)))?;
         let (nodes, inner) = (file.nodes.t.len(), file.stages.t.len());
         if inner != nodes * scheme.inner() {
             let expected = nodes * scheme.inner();
@@ -186,7 +186,7 @@ impl Trajectory {
 }
 
 impl States {
-    /// Times; q, v, p*, ṗ*, σ, u.
+    /// Times, and the matrices q, v, p*, ṗ*, σ, u.
     fn matrices(self, part: &str, system: &System, k: Option<usize>) -> Result<(Vec<f64>, [DMatrix<f64>; 6]), Error> {
         let t = self.t;
         let matrix = |name: &str, rows: Vec<Vec<f64>>| {
@@ -209,26 +209,26 @@ impl States {
     }
 }
 
-/// Refuses nodes that are not in their order, each once, within a range.
+/// Returns an error unless the nodes ascend and lie within a range.
 fn check_nodes(place: &str, nodes: &[usize], range: Range<usize>) -> Result<(), Error> {
     if let Some(node) = nodes.iter().find(|node| !range.contains(node)) {
-        let which = if *node < range.start { "the first one, which cannot stand here" } else { "beyond the last one" };
+        let which = if *node < range.start { "the first one, which is not allowed here" } else { "beyond the last one" };
         return Err(wrong(place, &format!("node {node} is {which}")));
     }
     match nodes.windows(2).find(|pair| pair[1] <= pair[0]) {
-        Some(pair) => Err(wrong(place, &format!("node {} stands behind node {}; nodes must ascend", pair[1], pair[0]))),
+        Some(pair) => Err(wrong(place, &format!("node {} follows node {}; nodes must ascend", pair[1], pair[0]))),
         None => Ok(()),
     }
 }
 
-/// Refuses compliances of equations that are not there, or of one twice, and such as would feed a motion.
+/// Returns an error for compliances that are negative (they would feed energy to a motion), or of missing or repeated equations.
 fn check_equations(equations: &[(usize, f64)], m: usize) -> Result<(), Error> {
     let mut seen = HashSet::new();
     for &(j, mu) in equations {
         let problem = if j >= m {
             "is beyond the last one".to_string()
         } else if !seen.insert(j) {
-            "stands twice".to_string()
+            "occurs twice".to_string()
         } else if mu < 0.0 {
             format!("has the compliance {mu}, which must not be negative")
         } else {

@@ -1,4 +1,4 @@
-//! [`Scene`] to and from JSON: its ready parts, in the order in which they were added.
+//! [`Scene`] to and from JSON: its ready-made parts, in the order in which they were added.
 
 use serde_json::{Map, Value, json};
 
@@ -112,10 +112,10 @@ impl Scene {
         if let Some(place) = parts.iter().find(|part| has_null(part)) {
             return Err(wrong(&place["name"].to_string(), "a number that is not finite"));
         }
-        serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole", &error.to_string()))
+        serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole file", &error.to_string()))
     }
 
-    /// A part, if a file can say it.
+    /// A part as JSON, if a file can store it.
     fn write(&self, name: &str, added: &Added, designs: &[&str]) -> Option<Value> {
         let param = |param: &Param| match param.constant() {
             Some(number) => Some(json!(number)),
@@ -167,7 +167,7 @@ impl Scene {
 }
 
 impl Fields<'_> {
-    /// Adds what the entry says.
+    /// Adds the part of this entry.
     fn add(&mut self, kind: &str, name: &str, scene: &mut Scene) -> Result<(), Error> {
         match kind {
             "control" => drop(scene.control(name)),
@@ -251,13 +251,13 @@ impl Fields<'_> {
 }
 
 impl Scene {
-    /// The name of a body that was added to it.
+    /// The name of a body of this scene.
     fn frame_name(&self, frame: Frame) -> Option<&str> {
         self.sketched().find(|(_, known)| *known == frame).map(|(name, _)| name)
     }
 }
 
-/// Whether one of these bodies has it, or is joined by it.
+/// True if the item belongs to one of these bodies, or is connected to one.
 fn is_joined(added: &Added, bodies: &[Frame]) -> bool {
     match added {
         Added::Place(of, _)

@@ -1,4 +1,4 @@
-//! [`Study`]: outcomes of many starts, kept in a file as they come.
+//! [`Study`]: results of many starts, each stored in a file as soon as it is known.
 
 use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
@@ -76,7 +76,7 @@ impl Finished {
     /// # Errors
     /// A malformed line.
     pub fn from_json(line: &str) -> Result<Self, Error> {
-        super::read_json("what became of a start", line)
+        super::read_json("the result of a start", line)
     }
 }
 
@@ -87,7 +87,7 @@ struct Head {
     version: u32,
     name: String,
     starts: usize,
-    /// Of the bits of all starts.
+    /// Checksum of the bits of all starts.
     sum: String,
 }
 
@@ -137,8 +137,9 @@ impl Study {
         let place = path.display().to_string();
         let failed = |error: std::io::Error| wrong(&place, error.to_string());
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path).map_err(failed)?;
-        file.try_lock()
-            .map_err(|_| wrong(&place, "this or another process is at this study, or the file cannot be locked".into()))?;
+        file.try_lock().map_err(|_| {
+            wrong(&place, "the study is already open in this or another process, or the file cannot be locked".into())
+        })?;
         let mut bytes = Vec::new();
         file.read_to_end(&mut bytes).map_err(failed)?;
         let head = Head {
@@ -149,10 +150,10 @@ impl Study {
             sum: format!("{:016x}", sum(starts)),
         };
         let first = serde_json::to_string(&head).expect("numbers and strings") + "\n";
-        // What a lost run did not write to its end, which may be in the middle of a character.
+        // An interrupted run may leave an incomplete last line, which may end in the middle of a character.
         let whole = bytes.iter().rposition(|byte| *byte == b'\n').map_or(0, |end| end + 1);
         if whole == 0 && !first.as_bytes().starts_with(&bytes) {
-            return Err(wrong(&place, "line 1 is not that of a study".into()));
+            return Err(wrong(&place, "line 1 is not the first line of a study".into()));
         }
         let mut finished = BTreeMap::new();
         if whole > 0 {
@@ -185,12 +186,12 @@ impl Study {
             return Err(wrong(&self.place, format!("there is no start {}", of.start)));
         }
         if let Some(x) = of.x.iter().chain(&of.value).chain(&of.violation).find(|x| !x.is_finite()) {
-            return Err(wrong(&self.place, format!("start {} ended with {x}, which is no finite number", of.start)));
+            return Err(wrong(&self.place, format!("start {} ended with {x}, which is not finite", of.start)));
         }
         if self.finished.contains_key(&of.start) {
             return Ok(());
         }
-        // One call for the line and its end.
+        // A single write for the line and its end.
         let line = of.to_json() + "\n";
         self.file.write_all(line.as_bytes()).map_err(|error| wrong(&self.place, error.to_string()))?;
         self.finished.insert(of.start, of);
@@ -261,7 +262,7 @@ fn check(place: &str, line: &str, expected: &Head) -> Result<(), Error> {
             format!("it is `{}` of version {}, not `{FORMAT}` of version {VERSION}", found.format, found.version)
         }
         _ if found.name != expected.name => format!("it is the study `{}`, not `{}`", found.name, expected.name),
-        _ if found != *expected => format!("it has {} other starts; take another file", found.starts),
+        _ if found != *expected => format!("it has {} other starts; use another file", found.starts),
         _ => return Ok(()),
     };
     Err(wrong(place, problem))
@@ -271,7 +272,7 @@ fn wrong(place: &str, problem: String) -> Error {
     Error::File { kind: "a study", place: place.to_string(), problem }
 }
 
-/// FNV-1a of the sizes and bits.
+/// FNV-1a hash of the sizes and bits.
 fn sum(starts: &[Vec<f64>]) -> u64 {
     let words = starts.iter().flat_map(|start| std::iter::once(start.len() as u64).chain(start.iter().map(|x| x.to_bits())));
     let bytes = words.flat_map(u64::to_le_bytes);

@@ -3,7 +3,7 @@
 use crate::{Error, Grid};
 
 const SECONDS: [&str; 5] = ["s", "sec", "secs", "second", "seconds"];
-/// Units of time that would be taken for s.
+/// Units of time that could be mistaken for s.
 const NOT_SECONDS: [&str; 16] = [
     "ns",
     "us",
@@ -38,7 +38,7 @@ const NOT_SECONDS: [&str; 16] = [
 /// let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
 /// let push = scene.control("push");
 /// scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), push);
-/// // A control that no element has is a reference that costs can follow.
+/// // A control that no element uses is a reference for costs.
 /// let reference = scene.control("wanted x");
 /// let system = scene.compile()?;
 /// let mut inputs = Inputs::at_rest(&system, Grid::uniform(30, 0.01));
@@ -94,7 +94,7 @@ impl Table {
         let number = |cell: &str, k: usize| match cell.parse::<f64>() {
             Ok(x) if x.is_finite() => Ok(x),
             _ => {
-                // Not more of it than a message can show.
+                // Shortened for the message.
                 let cell: String = cell.chars().take(20).collect();
                 Err(wrong(line, &format!("column {}: `{cell}` is not a finite number", k + 1)))
             }
@@ -137,10 +137,10 @@ impl Table {
     /// If the column does not exist.
     pub fn readings(&self, column: usize, grid: &Grid) -> Result<Vec<(usize, f64)>, Error> {
         let times = grid.times();
-        // Without steps there is but the time of the start.
+        // Without steps there is only the time of the start.
         let tolerance = 1e-3 * grid.steps.iter().map(|dt| dt.abs()).min_by(f64::total_cmp).unwrap_or(0.0);
         let known = self.times.iter().zip(self.known_column(column)).filter_map(|(t, value)| value.map(|value| (*t, value)));
-        // Steps may lead back; of nodes at the same time the first comes first.
+        // Steps may go back in time; of several nodes at the same time, the first one is used.
         let mut nodes: Vec<usize> = (0..times.len()).collect();
         nodes.sort_by(|a, b| times[*a].total_cmp(&times[*b]));
         let first_from = |t: f64| nodes.partition_point(|node| times[*node] < t);
@@ -176,7 +176,7 @@ impl Table {
     /// The value of a column at a time, s: linear between the rows with values, constant before the first and after the last.
     ///
     /// # Panics
-    /// If there is no such column.
+    /// If the column does not exist.
     pub fn value(&self, column: usize, t: f64) -> f64 {
         let values = self.known_column(column);
         if t.is_nan() {
@@ -188,7 +188,7 @@ impl Table {
         let after = (next..values.len()).find_map(known);
         match (before, after) {
             (Some((t0, x0)), Some((t1, x1))) => {
-                // Exact at both ends, and between them also where x₁ − x₀ is beyond the range of numbers, or rounding is not.
+                // Exact at both ends; between them, also if x₁ − x₀ overflows or rounding would leave the interval.
                 let share = (t - t0) / (t1 - t0);
                 ((1.0 - share) * x0 + share * x1).clamp(x0.min(x1), x0.max(x1))
             }
@@ -198,7 +198,7 @@ impl Table {
     }
 }
 
-/// Refuses a header in which another column than the first is called as times are, and the first is not.
+/// Returns an error if the first column is not named like a time but another one is.
 fn check_time(header: &csv::StringRecord) -> Result<(), Error> {
     let bare = |name: &str| name.split(['[', '(', '/']).next().unwrap_or_default().trim().to_lowercase();
     let is_time = |name: &str| ["t", "time"].contains(&bare(name).as_str());
@@ -210,11 +210,11 @@ fn check_time(header: &csv::StringRecord) -> Result<(), Error> {
     Err(wrong(1, &problem))
 }
 
-/// Refuses a column of times that says that it is in another unit than s: `t [ms]`, `t (ms)`, `t / ms`.
+/// Returns an error if the name of the time column contains another unit than s: `t [ms]`, `t (ms)`, `t / ms`.
 fn check_unit(name: &str) -> Result<(), Error> {
     let closed = |open: char, close: char| name.strip_suffix(close).and_then(|name| name.rsplit_once(open));
     let bracketed = closed('[', ']').map(|(_, unit)| unit.trim());
-    // Other signs may belong to the name.
+    // Other suffixes may belong to the name.
     let other = closed('(', ')').or_else(|| name.rsplit_once('/')).map(|(_, unit)| unit.trim());
     let wrong_unit = bracketed
         .filter(|unit| !unit.is_empty() && !SECONDS.contains(unit))
@@ -229,7 +229,7 @@ fn problem(error: &csv::Error) -> Error {
     let line = error.position().map_or(1, csv::Position::line);
     match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            wrong(line, &format!("{len} cells where the header has {expected_len}"))
+            wrong(line, &format!("{len} cells, but the header has {expected_len}"))
         }
         _ => wrong(line, &error.to_string()),
     }

@@ -1,4 +1,4 @@
-//! [`Trajectory`] to CSV: a row for each node, a column for each number, with its unit where it is known.
+//! [`Trajectory`] to CSV: a row for each node and a column for each quantity, with its unit if known.
 
 use std::collections::HashMap;
 
@@ -38,7 +38,7 @@ impl Trajectory {
     }
 }
 
-/// Those of the coordinates of bodies are known.
+/// Units of the coordinates; only those of bodies are known.
 fn units(system: &System) -> Vec<Unit> {
     let mut units = vec![Unit::Unknown; system.n()];
     for frame in system.sketch().bodies.iter().map(|(_, frame)| frame) {
@@ -54,13 +54,13 @@ fn units(system: &System) -> Vec<Unit> {
     units
 }
 
-/// The equations by their names; what those of joints measure is known.
+/// Names and units of the equations; only units of joints are known.
 fn equations(system: &System) -> Vec<(&str, Unit)> {
     let of_shape = |shape: Shape| -> &[Unit] {
         match shape {
             Shape::Hinge => &[Unit::Length, Unit::Length],
             Shape::Weld => &[Unit::Length, Unit::Length, Unit::Angle],
-            // With one equation it is a driven one.
+            // A slider with a single equation is a driven one.
             Shape::Slider { .. } => &[Unit::Length, Unit::Angle],
             Shape::Rod | Shape::Cylinder { .. } => &[Unit::Length],
             _ => &[],
@@ -75,12 +75,12 @@ fn equations(system: &System) -> Vec<(&str, Unit)> {
     (0..system.m()).map(|j| system.equation_name(j)).zip(units).collect()
 }
 
-/// A name with its unit, if that is known.
+/// A name with its unit, if known.
 fn beside(before: &str, name: &str, unit: &str) -> String {
     if unit.is_empty() { format!("{before}{name}") } else { format!("{before}{name} [{unit}]") }
 }
 
-/// A name that no spreadsheet evaluates.
+/// A name that no spreadsheet evaluates as a formula.
 fn harmless(name: &str) -> String {
     if name.starts_with(['=', '+', '-', '@', '\t', '\r']) { format!("'{name}") } else { name.to_string() }
 }

@@ -130,7 +130,7 @@ fn what_is_wrong_in_inputs_is_named_with_its_place() {
     assert_says(&read(&json.replacen("\"cart.x\"", "\"cart.z\"", 1)), &["start.q", "no value for `cart.x`"]);
     let strange = json.replacen("\"cart.y\"", "\"cart.w\": 1, \"cart.v\": 1, \"cart.y\"", 1);
     assert_says(&read(&strange), &["start.q", "the system has nothing called `cart.w`"]);
-    assert_says(&read(&json.replacen("\"cart.y\": 0.0", "\"cart.x\": 0.0", 1)), &["`cart.x` stands here twice"]);
+    assert_says(&read(&json.replacen("\"cart.y\": 0.0", "\"cart.x\": 0.0", 1)), &["`cart.x` occurs twice here"]);
     assert_says(&read(&json.replacen("\"version\": 1", "\"version\": 2", 1)), &["version 2", "expected", "version 1"]);
     assert_says(&read(&json.replacen("\"stages\": 1", "\"stages\": 0", 1)), &["Grid::stages"]);
     let mut short: Value = serde_json::from_str(&json).expect("JSON");

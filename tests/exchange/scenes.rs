@@ -149,13 +149,13 @@ fn lists_of_nodes_and_equations_that_no_motion_has_are_refused() {
     };
     for name in ["inserted", "restarted"] {
         refused(name, "[0]", &["node 0", "the first one"]);
-        refused(name, "[1,1]", &["node 1 stands behind node 1", "ascend"]);
-        refused(name, "[2,1]", &["node 1 stands behind node 2"]);
+        refused(name, "[1,1]", &["node 1 follows node 1", "ascend"]);
+        refused(name, "[2,1]", &["node 1 follows node 2"]);
         refused(name, "[2,5]", &["node 5", "beyond the last one"]);
         assert!(read(name, "[1,3]").is_ok());
     }
-    refused("compliance", "[[1,[]],[0,[]]]", &["node 0 stands behind node 1"]);
-    refused("compliance", "[[0,[]],[0,[]]]", &["node 0 stands behind node 0"]);
+    refused("compliance", "[[1,[]],[0,[]]]", &["node 0 follows node 1"]);
+    refused("compliance", "[[0,[]],[0,[]]]", &["node 0 follows node 0"]);
     refused("compliance", "[[5,[]]]", &["node 5", "beyond"]);
     refused("compliance", "[[0,[[0,-1.0]]]]", &["equation 0", "-1", "not be negative"]);
     refused("compliance", "[[0,[[1,1e-3],[0,1.0],[1,2.0]]]]", &["equation 1", "twice"]);
@@ -277,9 +277,9 @@ fn what_is_wrong_in_a_scene_is_named_with_its_place() {
     };
     assert_says(&read(&json[..300]), &["line", "column"]);
     assert_says(&change("\"version\": 1", "\"version\": 7"), &["version 7", "expected", "version 1"]);
-    assert_says(&change("\"version\": 1", "\"version\": 2, \"version\": 1"), &["line", "`version` stands here twice"]);
+    assert_says(&change("\"version\": 1", "\"version\": 2, \"version\": 1"), &["line", "`version` occurs twice here"]);
     let twice = "\"at\": [0.0, 0.0], \"body\": \"bob\", \"body\": \"bob\"";
-    assert_says(&change("\"body\": \"bob\"", twice), &["line", "column", "stands here twice"]);
+    assert_says(&change("\"body\": \"bob\"", twice), &["line", "column", "occurs twice here"]);
     assert_says(&change("\"kind\": \"weld\"", "\"kind\": \"wold\""), &["`glue`", "this kind does not exist", "weld"]);
     assert_says(&change("\"body\": \"bob\"", "\"body\": \"bib\""), &["no body `bib`"]);
     assert_says(
@@ -296,7 +296,7 @@ fn what_is_wrong_in_a_scene_is_named_with_its_place() {
     assert_says(&change("\"stiffness\": 90.0", "\"stifness\": 90.0"), &["`spring`", "`stiffness` is missing"]);
     assert_says(
         &change("\"damping\": 0.3", "\"damping\": 0.3, \"colour\": 1"),
-        &["`spring`", "`colour` is none of its fields"],
+        &["`spring`", "the field `colour` does not exist"],
     );
     assert_says(&change("\"control\": \"motor\"", "\"control\": \"mtor\""), &["effort", "no control `mtor`"]);
     assert_says(
