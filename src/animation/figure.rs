@@ -24,7 +24,6 @@ pub(super) struct Figure {
     pub(super) arrows: Vec<Arrow>,
     /// Left, bottom, width and height of the view; lengths are in m, or all in m times a power of ten.
     pub(super) view: [f64; 4],
-    /// Unit length of marks.
     pub(super) unit: f64,
     pub(super) frames: usize,
 }

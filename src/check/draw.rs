@@ -21,7 +21,7 @@ pub(crate) struct Drawn {
 }
 
 /// The given points and `count` random ones (by default 12 if no points are given). Fresh points alternate with copies whose arguments
-/// are partly reduced. A fresh point flips all or half of the signs of the one before: otherwise a product might keep its sign.
+/// are partly reduced. A fresh point flips all or half of the signs of the one before: otherwise products could keep their signs.
 ///
 /// # Errors
 /// Every drawn point was rejected.

@@ -75,8 +75,7 @@ pub(super) struct Form {
 }
 
 impl Form {
-    /// Creates the form from a graph and its results, for a block differentiated with respect to the inputs `by`. The inputs `free` may
-    /// be moved.
+    /// Creates the form from a graph and its results, for a block differentiated by the inputs `by`; the inputs `free` may be moved.
     pub fn new((mut graph, results): (Graph, Vec<Node>), by: &Range<usize>, free: &[usize]) -> Self {
         let template = Template::new(&graph, &results, 0);
         let nodes: Vec<Node> = graph.reachable(results.iter().chain(graph.looked_at()).copied());

@@ -18,7 +18,7 @@ pub trait Function {
 pub(crate) trait Formula {
     fn value<R: Real>(&self, x: &[R]) -> Vec<R>;
 
-    /// Symbols of the function from which this one is formed by arithmetic and differentiation.
+    /// The function from which this one is formed by arithmetic and differentiation, evaluated with symbols.
     fn symbols(&self, x: &[Symbol]) -> Vec<Symbol>;
 
     /// s f(x), where s = 1 is the last argument: the derivatives by x are those of f, and the derivative by s is f itself.
@@ -41,7 +41,7 @@ pub(crate) trait Differentiable {
     fn by_complex_step(&self, x: &[f64], direction: &[f64]) -> Vec<f64>;
     /// Graph of the formula without its last argument, and the nodes of its results. `None` if it cannot be recorded.
     fn derived_graph(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)>;
-    /// Graph and results of the function from which it is formed, recorded at a point; fixed arguments are constants. `None` if it panics.
+    /// Graph and results of the function underlying the formula, recorded at a point; fixed arguments are constants. `None` if it panics.
     fn recorded(&self, x: &[f64], is_fixed: &[bool]) -> Option<(Graph, Vec<Node>)>;
 }
 

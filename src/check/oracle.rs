@@ -67,7 +67,7 @@ impl<'a> Jacobian<'a> {
 
     /// The change of the Jacobian when every argument changes by a few units in its last place.
     ///
-    /// It measures the cancellation inside the formula; a hand-derived formula cannot be expected to round less.
+    /// The result measures the cancellation inside the formula; a hand-derived formula cannot be expected to round less.
     pub(crate) fn noise(&self, x: &[f64], value: &DMatrix<f64>, random: &mut Random) -> DMatrix<f64> {
         let mut noise = value.map(|x| (f64::EPSILON * x.abs()).max(UNDERFLOW));
         let changes = changes(x.len(), random);

@@ -25,9 +25,9 @@ const LEAST_BYTES: usize = 10_000_000;
 
 /// A program in any language that computes matrices on request, by reading and writing lines.
 ///
-/// It receives lines like `{"ask":"phi_q","q":[0.1,0.2],"v":[…],"sigma":[…],"u":[…],"t":0.5,"b":[0.7]}`, or `{"ask":"jacobian","x":[…]}`
-/// for a function, answers each with one line that contains the rows of the matrix, `[[1,0],[0,1]]`, or `{"error":"…"}`, and flushes its
-/// output.
+/// The program receives lines like `{"ask":"phi_q","q":[0.1,0.2],"v":[…],"sigma":[…],"u":[…],"t":0.5,"b":[0.7]}` or, for a function,
+/// `{"ask":"jacobian","x":[…]}`. It answers each with one line that contains the rows of the matrix, `[[1,0],[0,1]]`, or
+/// `{"error":"…"}`, and flushes its output.
 ///
 /// ```no_run
 /// use hamiltonian_adjoint::check::{self, Pipe};

@@ -35,8 +35,7 @@ pub(crate) struct Place {
     pub noise: DMatrix<f64>,
     /// Values of the function itself, for the scales of the rows.
     function: Vec<f64>,
-    /// r_i c_j of the entries at this place, or the values at another place if those are larger and their rounding errors may occur
-    /// here.
+    /// r_i c_j of the entries at this place, or at another one if larger there and if its rounding errors may occur at this place.
     pub scale: DMatrix<f64>,
     /// Allowed errors of the entries: a fraction of r_i c_j plus rounding.
     pub tolerance: DMatrix<f64>,

@@ -43,9 +43,9 @@ pub enum Mistake {
     OtherBlock,
     /// Two rows or columns are exchanged.
     Swapped,
-    /// Zero where it should not be.
+    /// Zero, although the true value is not zero.
     Zero,
-    /// Not zero where it should be.
+    /// Not zero, although the true value is zero.
     NotZero,
     /// Wrong on one side of a threshold only.
     OneSided,
@@ -59,7 +59,7 @@ pub enum Mistake {
     Unexplained,
 }
 
-/// The likely mistake behind a difference.
+/// The likely mistake that causes a difference.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Diagnosis {
@@ -173,7 +173,7 @@ macro_rules! outcome {
             /// Asserts in a test that everything is right.
             ///
             /// # Panics
-            /// With the whole report, unless everything is right.
+            /// If not everything is right; the message is the whole report.
             #[track_caller]
             pub fn assert_passed(&self) {
                 assert!(self.passed(), "\n{self}");

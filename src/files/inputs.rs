@@ -9,7 +9,6 @@ use crate::{Coordinate, Error, Grid, Held, Inputs, Start, System};
 const FORMAT: &str = "hamiltonian-adjoint inputs";
 const VERSION: u32 = 1;
 
-/// Content of the file.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {

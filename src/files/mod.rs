@@ -1,6 +1,6 @@
 //! Inputs, gradients and motions as text that other programs can read and write: JSON and CSV, with the names of the scene.
 //!
-//! Files may come from anybody: sizes are bounded by the length of the text, and errors contain the place of the problem.
+//! Files may come from untrusted sources: sizes are bounded by the length of the text, and errors contain the place of the problem.
 
 mod fields;
 mod gradient;

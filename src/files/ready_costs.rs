@@ -7,7 +7,6 @@ use crate::model::Param;
 use crate::scene::ready::ReadyCost;
 use crate::{Error, Scene};
 
-/// Names of the kinds.
 pub(super) const EFFORT: &str = "effort";
 pub(super) const TIME: &str = "time";
 pub(super) const END_STATE: &str = "end state";

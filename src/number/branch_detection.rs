@@ -18,7 +18,7 @@ pub(crate) fn note_look() {
     LOOKED.set(true);
 }
 
-/// True if a formula has read such a value since the last call.
+/// True if a formula has read a value that depends on its arguments since the last call.
 pub(crate) fn take_look() -> bool {
     LOOKED.take()
 }

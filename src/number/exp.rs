@@ -2,7 +2,7 @@
 //!
 //! x = n ln 2 + r with |r| ≤ ½ ln 2. The first of two parts of ln 2 has so few digits that n times it is exact. Then
 //! eʳ = 1 + r + r c/(2 − c) with c = r − r² p(r²), to about one unit in the last place (p's coefficients are those of fdlibm's `e_exp.c`).
-//! If 2ⁿ is not a normal number, or x is not finite, the standard library computes the result.
+//! For |x| > 700, where 2ⁿ may not be a normal number, and for NaN, the standard library computes the result.
 
 // Coefficients as in their source.
 #![expect(clippy::excessive_precision)]

@@ -17,7 +17,7 @@ pub trait Family {
 /// A number type with which a whole simulation can be computed: `f64`, [`Cx`] (complex step), `Dual64` (tangent), or [`Hyper`] (two
 /// tangents and the mixed second derivative).
 ///
-/// It can be nested in num-dual's types, since the residual of a step contains derivatives itself. The matrix of Newton's method is always
+/// A `Real` can be nested in num-dual's types, since the residual of a step contains derivatives itself. The matrix of Newton's method is always
 /// real. The same factors are used for the real part and all derivative parts, because the matrix determines only how fast the iteration
 /// converges, not its limit.
 pub trait Real: DualNum<Primitive = f64> + Copy + Scalar + Send + Sync {

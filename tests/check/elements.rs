@@ -1,4 +1,4 @@
-//! Right hand-derived blocks pass in any units; where the oracles or the inputs are at fault, the report says so.
+//! Right hand-derived blocks pass in any units; if the references or the inputs are at fault, the report says so.
 
 use crate::hand::*;
 use hamiltonian_adjoint::check::{self, Random, Report, Verdict};

@@ -1,4 +1,4 @@
-//! How small an error each oracle finds, and what it costs.
+//! How small an error each reference finds, and what it costs.
 //!
 //! `cargo test --release --test check sensitivity -- --ignored --nocapture` prints the timings.
 

@@ -1,4 +1,4 @@
-//! Functions that are hard to difference: the oracles must still agree, and the right derivative must pass.
+//! Functions that are hard to difference: the references must still agree, and the right derivative must pass.
 
 use hamiltonian_adjoint::Scalar;
 use hamiltonian_adjoint::check::{self, Function, Verdict};

@@ -18,7 +18,7 @@ use crate::program::{Expression, Function, Graph, Node};
 
 /// Two numbers are the same coefficient if they differ by less than this.
 const SAME: f64 = 1e-6;
-/// A factor nearer to 1 than this is a lack of digits.
+/// A factor nearer to 1 than this counts as a lack of digits.
 const FEW: f64 = 1e-3;
 /// Maximum number of characters of a node's text.
 const LONG: usize = 48;

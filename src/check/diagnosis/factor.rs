@@ -8,7 +8,7 @@ use crate::check::report::{Diagnosis, Mistake};
 
 /// Two numbers are the same factor if they differ by less than this.
 const SAME: f64 = 1e-7;
-/// A factor nearer to 1 than this is a lack of digits.
+/// A factor nearer to 1 than this counts as a lack of digits.
 const NEARLY_ONE: f64 = 1e-3;
 
 /// True if the true values of these entries are zero.

@@ -23,7 +23,7 @@ pub(super) fn named(mask: &Mask) -> Option<Diagnosis> {
     let terms = mask.of.block.terms.iter().map(|(name, matrix)| (name, values(mask, matrix)));
     let fitting: Vec<_> = terms.filter_map(|(name, term)| Some((name, coefficient(mask, &term)?))).collect();
     let simple = fitting.iter().find(|(_, c)| [-1.0, 1.0, -2.0].iter().any(|s| (c - s).abs() < SAME));
-    // A small multiple of a term is a lack of digits.
+    // A small multiple of a term may be a lack of digits.
     let any = || fitting.first().filter(|_| few_digits(mask).is_none());
     if let Some((name, c)) = simple.or_else(any) {
         return Some(describe(mask, name, *c));

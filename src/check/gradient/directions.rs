@@ -28,7 +28,6 @@ impl Part {
         Part::ALL.into_iter().filter(|part| !part.of(inputs).is_empty()).collect()
     }
 
-    /// Name for reports.
     pub(super) fn name(self) -> &'static str {
         ["controls", "design variables", "initial coordinates", "initial rates", "step lengths"][self as usize]
     }

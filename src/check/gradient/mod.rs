@@ -35,7 +35,7 @@ const FIRST_STEP: f64 = 4e-3;
 const DIFFERENCED: f64 = 1e-6;
 /// Safety factor on the error estimate of the differences, which may be too small.
 const CAUTION: f64 = 30.0;
-/// Fractions of the largest dJ of a single input, and of a random direction, to which errors are at least relative.
+/// Errors are relative to at least these fractions of the largest dJ of a single input, and of a random direction.
 const LITTLE_BESIDE: f64 = 1e-3;
 const NOTHING_BESIDE: f64 = 1e-6;
 /// Maximum number of single inputs that a complete check lists.
@@ -64,7 +64,7 @@ pub struct GradientCheck<'a> {
 
 /// Checks the gradient of the system's cost at these inputs.
 ///
-/// By default it compares along one random direction in each part of the inputs and one in all of them. It works on copies of the system
+/// By default the check compares along one random direction in each part of the inputs and one in all of them. It uses copies of the system
 /// and the inputs.
 ///
 /// ```
@@ -229,7 +229,6 @@ impl<'a> Subject<'a> {
         }
     }
 
-    /// The solved motion and its gradient.
     fn solved(&self) -> Result<(Solver<'a>, Gradient), Error> {
         let mut solver = Solver::new(self.system, self.settings);
         solver.simulate(self.inputs)?;

@@ -111,8 +111,8 @@ pub(super) fn explain_difference(f: &mut fmt::Formatter, rounding: f64, warnings
         writeln!(
             f,
             "  direct differentiation and complex step have a rounding error of {rounding:.1e}, because tangent matrices are nearly singular or \
-             springs are stiff: derivatives of this motion agree to some ten to a thousand times that, which the check's `tolerance` \
-             should allow; or use shorter steps, or another start"
+             springs are stiff: derivatives of this motion agree to about ten to a thousand times this error; set the check's `tolerance` \
+             accordingly, or use shorter steps or another start"
         )?;
     }
     warnings.iter().try_for_each(|warning| writeln!(f, "  warning of this motion: {warning}"))

@@ -132,8 +132,7 @@ impl<'a> Ways<'a> {
 }
 
 impl Way<'_, Hyper> {
-    /// aᵀH b by hyper-dual numbers or, if these are not supported, by differences of gradients; and its error, which is 0 for the
-    /// former.
+    /// aᵀH b by hyper-dual numbers or, if these are not supported, by differences of gradients; and its error, 0 for the former.
     pub(super) fn product(&mut self, [a, b]: [&Inputs; 2]) -> Result<(f64, f64), Error> {
         if self.goes_through {
             match self.by_hyper([a, b]) {

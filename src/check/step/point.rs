@@ -109,7 +109,6 @@ pub(super) enum Part {
 pub(super) struct Places<'a>(pub &'a PaperSystem<'a>);
 
 impl Places<'_> {
-    /// Length of y.
     pub(super) fn len_of_y(&self) -> usize {
         4 * self.0.system.n() + self.0.system.m()
     }
