@@ -47,7 +47,8 @@ pub enum Warning {
         element: String,
         /// The first argument with respect to which the derivative is lost.
         argument: String,
-        /// Order of the derivative. It is 2 only in warnings of [`Solver::hessian_product`](crate::Solver::hessian_product): motion and gradient are then right.
+        /// Order of the derivative: 1, or 2 in warnings of [`Solver::hessian_product`](crate::Solver::hessian_product), in which case motion
+        /// and gradient are right.
         order: usize,
     },
     /// The optimisation problem has neither a cost nor a constraint, so every point is a solution.

@@ -135,7 +135,7 @@ impl<'a, F: Function> FunctionCheck<'a, F> {
         let signed: Vec<usize> = (0..count).collect();
         let given = self.given.iter().map(|x| [x.as_slice(), &[1.0]].concat()).collect();
         let drawn = draw(given, (self.count, self.seed), &signed, fresh, finite)?;
-        let (names, what) = (self.outputs.len(), "values of the function, of which each has a name");
+        let (names, what) = (self.outputs.len(), "values of the function (one for each output name)");
         drawn.points.iter().try_for_each(|point| check_size(what, names, values(point).len()))?;
         Ok(drawn)
     }

@@ -28,7 +28,7 @@ impl<'a> Fields<'a> {
     }
 
     pub(super) fn text(&mut self, name: &str) -> Result<&'a str, Error> {
-        self.get(name)?.as_str().ok_or_else(|| self.wrong(&format!("`{name}` must be a text")))
+        self.get(name)?.as_str().ok_or_else(|| self.wrong(&format!("`{name}` must be a string")))
     }
 
     pub(super) fn list(&mut self, name: &str) -> Result<&'a [Value], Error> {

@@ -149,7 +149,7 @@ impl Trajectory {
         let (nodes, inner) = (file.nodes.t.len(), file.stages.t.len());
         if inner != nodes * scheme.inner() {
             let expected = nodes * scheme.inner();
-            return Err(wrong("`stages`", &format!("{inner} times; this scheme has {expected} with {nodes} nodes")));
+            return Err(wrong("`stages`", &format!("{inner} times, but this scheme has {expected} for {nodes} nodes")));
         }
         let node = file.nodes.matrices("nodes", system, None)?;
         let stages = match inner {

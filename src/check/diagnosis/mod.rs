@@ -1,7 +1,7 @@
 //! Diagnosis of a difference: tries common mistakes, from the simplest to the least specific.
 //!
-//! Every guess must reproduce the user's values to the tolerance of the comparison at all points, so a guess that
-//! holds is hardly a coincidence. Guesses are tried on the whole block, then on its wrong entries, then on the wrong entries
+//! Every guess must reproduce the user's values to the tolerance of the comparison at all points, so a coincidence
+//! is unlikely. Guesses are tried on the whole block, then on its wrong entries, then on the wrong entries
 //! of each row, each column, and one by one.
 
 mod arguments;
