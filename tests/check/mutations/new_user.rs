@@ -61,7 +61,7 @@ fn kinetic_energies() -> Vec<Case> {
         (
             "ẋ and θ̇ exchanged",
             "cart (M v)_q",
-            &["exchanged", "stand"],
+            &["exchanged", "the value", "used instead"],
             cart().mass_v_q(|at| edit(cart_pole_mass_v_q(&at.q, &at.v), |m| m.swap(0, 1))).run(),
         ),
         (
