@@ -39,7 +39,7 @@ pub struct Findings {
     pub findings: Vec<Finding>,
 }
 
-/// Holds every printed formula against the true one.
+/// Compares every printed formula with the true one.
 pub fn report() -> Result<Findings, Error> {
     let (constant, variable) = (mechanisms::constant_mass()?, mechanisms::variable_mass()?);
     let both = [&constant, &variable];
@@ -50,8 +50,8 @@ pub fn report() -> Result<Findings, Error> {
     Ok(Findings { findings })
 }
 
-const HEADING: &str = "Every formula is evaluated as printed in our copy (a text recognition of the proceedings: some of the misprints \
-may be its own) and as corrected, at random states near two motions, and compared with dual numbers, complex step and Ridders' \
+const HEADING: &str = "Every formula is evaluated as printed in our copy (a text recognition of the proceedings, which may itself \
+have caused some of the misprints) and as corrected, at random states near two motions, and compared with dual numbers, complex step and Ridders' \
 differences of the residual f. A is a cart with two links and a damper (constant M), B a double pendulum in its angles with \
 friction and a constraint (M depends on q). Errors are relative to the size of an entry's row and column.";
 
@@ -70,7 +70,7 @@ impl Findings {
         self.findings.iter().filter(|finding| finding.status == status).count()
     }
 
-    /// Whether every corrected formula that can be evaluated is right; (1b) compares two discretisations, which agree to their error.
+    /// True if every corrected formula that can be evaluated is right; (1b) compares two discretisations, which agree up to their error.
     pub fn all_corrected_hold(&self) -> bool {
         let right = |error: &f64| error.is_nan() || *error < 1e-5;
         self.findings.iter().flat_map(|finding| &finding.errors[1]).all(right)

@@ -13,12 +13,12 @@ use Variable::{PStar, PStarDot, Q, Sigma, V};
 
 type Formula = fn(&StepPoint) -> DMatrix<f64>;
 
-/// One block: where it stands, what is printed there, and what should be.
+/// One block: its position, the printed formula and the correct formula.
 struct Block {
     equation: Equation,
     variable: Variable,
     printed: &'static str,
-    /// The printed formula; none if it gives no matrix of that size.
+    /// The printed formula; `None` if it is not a matrix of the block's size.
     value: Option<Formula>,
     correct: &'static str,
     correct_value: Formula,
@@ -29,7 +29,7 @@ const fn right((equation, variable): (Equation, Variable), printed: &'static str
     Block { equation, variable, printed, value: Some(value), correct: printed, correct_value: value }
 }
 
-/// A block that is not.
+/// A block that is misprinted.
 const fn wrong(
     (equation, variable): (Equation, Variable),
     (printed, value): (&'static str, Option<Formula>),
@@ -150,7 +150,7 @@ fn side(right: bool) -> &'static str {
 }
 
 impl Block {
-    /// What the difference is, where it is more than the diagnosis can say.
+    /// The difference between both formulas, if the diagnosis of the check does not explain it completely.
     fn note(&self, right: bool) -> &'static str {
         match (self.equation, self.variable, right) {
             (F4, Q, false) => "T_qq + γ T_qq̇ is missing, because (1b) lacks T_q",
@@ -199,7 +199,7 @@ impl Block {
     }
 }
 
-/// Every block of both matrices of Eq. (10), and that all others are zero.
+/// Findings for every block of both matrices of Eq. (10), including the blocks that must be zero.
 pub fn findings(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
     let mut findings = Vec::new();
     for (right, listed) in [(false, &LEFT), (true, &RIGHT)] {

@@ -30,7 +30,7 @@ pub fn of_motion(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
         "ṗ* = Q + Φ̇_qᵀσ",
         "ṗ* = Q + T_q + Φ̇_qᵀσ",
         [[f64::NAN, apart(without)], [f64::NAN, apart(with)]],
-        "without T_q = ½ (q̇ᵀ M q̇)_q, a free double pendulum in its angles is elsewhere after 1 s than the same in point-mass coordinates (rad)",
+        "without T_q = ½ (q̇ᵀ M q̇)_q, the angles of a free double pendulum after 1 s differ from those computed in point-mass coordinates (rad)",
     );
     t_q.status = Verdict::HoldsForConstantMass;
     let trapezoidal = |sign: f64| mechanisms.map(|on| rule_error(on, sign));
@@ -70,7 +70,7 @@ fn rule_error(on: &Moving, sign: f64) -> [f64; 2] {
     [error(&y.q, &y.v), error(&y.p_star, &y.p_star_dot)]
 }
 
-/// Eq. (7) and (8): with all δy as they are, they must give the true δJ for any w, since δf = 0.
+/// Eq. (7) and (8): with the true δy they must yield the true δJ for any w, because δf = 0.
 pub fn of_variation(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
     let on = mechanisms[0];
     let (mut change, (k, nodes)) = (on.inputs.no_change(), on.inputs.controls.shape());
@@ -80,7 +80,7 @@ pub fn of_variation(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
     let delta_y = DMatrix::from_rows(&parts.iter().flat_map(|part| part.row_iter()).collect::<Vec<_>>());
     let paper = PaperSystem::new(&on.system, &on.inputs, &on.motion)?;
     let last = on.inputs.grid.steps.len();
-    // Any multipliers; the terms of the cost are δJ itself and are left out of both sides.
+    // Arbitrary multipliers; the terms of the cost equal δJ and are omitted on both sides.
     let w = |i: usize| DVector::from_fn(delta_y.nrows(), |r, _| ((i * 7 + r * 3) as f64).sin());
     let own = |i: usize| w(i).dot(&(paper.f_y(i).matrix * delta_y.column(i) + paper.f_u(i) * change.controls.column(i)));
     let from_previous = |i: usize| w(i).dot(&(paper.f_y_previous(i).matrix * delta_y.column(i - 1)));
@@ -93,12 +93,12 @@ pub fn of_variation(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
         "no term with δy_{N−1} from f_N",
         "+ w_Nᵀ f^N_{y_{N−1}} δy_{N−1}",
         errors,
-        "Σ wᵀδf must vanish for any w; (8) has the term again, in its sum for i = N − 1",
+        "Σ wᵀδf must vanish for any w; (8) contains the term, in its sum for i = N − 1",
     );
     seven.status = Verdict::Misprinted;
     Ok(vec![
         seven,
-        slip("(8), first term", "w_1ᵀ f^i_{y_0}", "w_1ᵀ f^1_{y_0}", "i is not bound there"),
+        slip("(8), first term", "w_1ᵀ f^i_{y_0}", "w_1ᵀ f^1_{y_0}", "the index i is not defined there"),
         slip(
             "(6), (8), (11)",
             "w_0 f_0, never defined; (8) leaves w_0ᵀ f^0_{u_0} out, (11) has it",
@@ -109,7 +109,7 @@ pub fn of_variation(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
             "(10), S",
             "S = [(Φ_{q_{i+1}} q_i)ᵀ σ_{i+1}]_{q_i}",
             "S = [(Φ_{q_{i+1}} q_i)_{q_{i+1}}ᵀ σ_{i+1}]_{q_i} = (Φ_qᵀσ)_q at i + 1",
-            "as printed it is the derivative of a number, a vector of n entries; a subscript is lost, twice",
+            "as printed, S is the derivative of a number and thus a vector of n entries; a subscript is missing in two places",
         ),
         slip(
             "(10), names",
@@ -121,7 +121,7 @@ pub fn of_variation(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
     ])
 }
 
-/// [Φ̇_qᵀσ]_q holds as the derivative of the expression with q̂ held; with q̇_i held it lacks γ (Φ_qᵀσ)_q.
+/// [Φ̇_qᵀσ]_q holds as the derivative of the expression with q̂ held; with q̇_i held, it lacks γ (Φ_qᵀσ)_q.
 fn held_velocity(mechanisms: &[&Moving; 2]) -> Result<Finding, Error> {
     let run = |on: &Moving, held: bool| -> Result<f64, Error> {
         let paper = PaperSystem::new(&on.system, &on.inputs, &on.motion)?;
@@ -135,7 +135,7 @@ fn held_velocity(mechanisms: &[&Moving; 2]) -> Result<Finding, Error> {
     let both = |held: bool| -> Result<[f64; 2], Error> { Ok([run(mechanisms[0], held)?, run(mechanisms[1], held)?]) };
     let [a, b] = both(true)?;
     let words = format!(
-        "easily misread: Q is split into its two parts, Φ̇ is not; read with q̇ held it lacks γ (Φ_qᵀσ)_q and is off by {a:.0e} / {b:.0e}"
+        "easily misread: Q is split into its two parts, Φ̇ is not; read with q̇ held, it lacks γ (Φ_qᵀσ)_q, an error of {a:.0e} / {b:.0e}"
     );
     Ok(finding("(10), [Φ̇_qᵀσ_i]_q", "with q̂ held", "", [both(false)?; 2], &words))
 }
@@ -198,7 +198,7 @@ pub fn of_gradient(on: &Moving) -> Result<Vec<Finding>, Error> {
     Ok(findings)
 }
 
-/// Eq. (12), with its four slips taken one by one.
+/// Eq. (12), with its misprints corrected one after the other.
 fn design(on: &Moving, paper: &PaperSystem, w: &DMatrix<f64>, dt: f64) -> Result<Finding, Error> {
     let truth = complex_step(&on.system, &on.inputs, Settings::default(), &[Input::Design(0)])?[0];
     let last = on.inputs.grid.steps.len();
@@ -208,7 +208,7 @@ fn design(on: &Moving, paper: &PaperSystem, w: &DMatrix<f64>, dt: f64) -> Result
     let error = |value: f64| relative(value - truth, truth);
     let printed = error(h_b(0) + sum(0..=last - 1) * dt);
     let words = format!(
-        "without Δt still {:.0e} off; without the second h_0 {:.0e}; with the term of i = N {:.0e}",
+        "error {:.0e} without Δt, {:.0e} also without the second h_0, {:.0e} also with the term of i = N",
         error(h_b(0) + sum(0..=last - 1)),
         error(sum(0..=last - 1)),
         error(sum(0..=last))
