@@ -1,4 +1,4 @@
-//! `assumptions`: what the paper leaves open is varied, and what each choice reproduces of the paper's numbers is told.
+//! `assumptions`: varies the values that the paper does not state, and reports which of the paper's numbers each combination reproduces.
 
 use std::path::Path;
 
@@ -18,14 +18,14 @@ use crate::table::Table;
 
 /// J₀ read from the axis of Fig. 3, and how closely it can be read.
 const START: (f64, f64) = (15.0, 0.5);
-/// When the gradients of Fig. 6 differ most, relative to their size, and so, we assume, vanish, s; to two nodes.
+/// Time at which the gradients of Fig. 6 differ most relative to their size, s; we assume that they vanish there; to two nodes.
 const VANISHES: f64 = 0.52;
-/// Where Φ generally is.
+/// Range in which Φ generally lies.
 const DRIFT: std::ops::RangeInclusive<f64> = 1e-5..=1e-4;
-/// What counts as close to zero after the paper's iterations.
+/// Largest J that counts as close to zero after the paper's iterations.
 const ZERO: f64 = 1e-3;
 const ITERATIONS: u32 = 300;
-/// So many rows are printed; all are in the files.
+/// Number of printed rows; the files contain all rows.
 const SHOWN: usize = 12;
 
 /// m; a link of 1 m has about J = m l²/12 for 1 kg, one of 1.58 m for 0.4 kg.
@@ -33,10 +33,10 @@ const LENGTHS: [f64; 5] = [0.7, 0.85, 1.0, 1.25, 1.58];
 const FIRST_STEPS: [f64; 3] = [50.0, 500.0, 2000.0];
 const SHORTEN: [f64; 2] = [0.5, 0.8];
 
-/// What one mechanism does under the starting force.
+/// Results for one mechanism under the starting force.
 struct Start {
     cost: f64,
-    /// Where dJ/du is smallest, s.
+    /// Time at which dJ/du is smallest, s.
     vanishes: f64,
     /// The median of ‖Φ‖∞.
     drift: f64,
@@ -66,9 +66,9 @@ pub fn run(folder: &Path) -> Result<bool, Error> {
     let heads = vec!["Agree", "l [m], joint", "α, ρ", "J₀", "dJ/du = 0 [s]", "Φ", "J at the end", "Rightmost [s]"];
     let table = Table { heads, rows: rows.into_iter().map(|(_, cells)| cells).collect() };
     let summary = format!(
-        "{} choices; at most {best} of the paper's five numbers agree (marked ✓): J₀ = {} ± {}, the gradient vanishes at {VANISHES} s, where the \
-         paper's gradients differ most (that they vanish there is assumed), the cart is furthest right at {RIGHTMOST} s (± {NEAR}), the median of Φ is between {:.0e} and {:.0e}, J < {ZERO:.0e} within {ITERATIONS} iterations. \
-         l: link length; joint: that with friction; α, ρ: first step of the line search, and by what it is shortened. All of these are assumed.",
+        "{} combinations; at most {best} of the paper's five numbers agree (marked ✓): J₀ = {} ± {}, the gradient vanishes at {VANISHES} s, where the \
+         paper's gradients differ most (we assume that they vanish there), the cart is furthest right at {RIGHTMOST} s (± {NEAR}), the median of Φ is between {:.0e} and {:.0e}, J < {ZERO:.0e} within {ITERATIONS} iterations. \
+         l: link length; joint: that with friction; α, ρ: first step of the line search and the factor by which it is shortened. All of these are assumed.",
         table.rows.len(),
         START.0,
         START.1,
@@ -80,7 +80,7 @@ pub fn run(folder: &Path) -> Result<bool, Error> {
     let best = Table { heads: table.heads.clone(), rows: table.rows.iter().take(SHOWN).cloned().collect() };
     let place = folder.display();
     files::print(&format!(
-        "{}\n{summary}\nThese are the first {SHOWN}; assumptions.md, assumptions.json and the figure are in {place}\n",
+        "{}\n{summary}\nThe table shows the first {SHOWN} combinations; assumptions.md, assumptions.json and the figure are in {place}\n",
         best.text()
     ))?;
     Ok(true)
@@ -91,13 +91,13 @@ fn start(Experiment { system, inputs, .. }: &Experiment) -> Result<Start, Motion
     solver.simulate(inputs)?;
     let (drift, times) = (median(&norms(&solver.trajectory().phi(system, solver.inputs())?)), inputs.grid.times());
     let gradient = solver.gradient()?;
-    // The last nodes hardly act any more: their derivatives vanish in any case.
+    // The controls at the last nodes have hardly any effect, so their derivatives are nearly zero in any case.
     let inner = &gradient.controls.as_slice()[1..times.len() * 9 / 10];
     let smallest = inner.iter().map(|x| x.abs()).enumerate().min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(i, _)| i + 1);
     Ok(Start { cost: gradient.value, vanishes: times[smallest], drift })
 }
 
-/// How many of the paper's numbers a choice reproduces, its row and its record.
+/// Number of the paper's numbers that a combination reproduces, with its table row and its JSON record.
 fn judged(settings: &Settings, start: &Start, end: &Optimum) -> (usize, Vec<String>, Value) {
     let (LineSearch { first, shorten, .. }, last, rightmost) = (settings.search, end.end().cost, end.cart_rightmost_time());
     let agrees = [
@@ -143,7 +143,7 @@ fn judged(settings: &Settings, start: &Start, end: &Optimum) -> (usize, Vec<Stri
     (count, choice.into_iter().chain(marked).collect(), record)
 }
 
-/// J₀ and the zero of its gradient over the link length, with what the paper has.
+/// J₀ and the zero of its gradient over the link length, with the paper's values.
 fn draw(usual: &Settings, stem: &Path) -> Result<(), Error> {
     let lengths: Vec<f64> = (0..=36).map(|k| 0.5 + 1.3 * f64::from(k) / 36.0).collect();
     let (mut costs, mut zeros) = (Vec::new(), Vec::new());

@@ -1,13 +1,13 @@
-//! How well a motion keeps its constraints: Φ, dΦ/dt and d²Φ/dt².
+//! Constraint violations of a motion: Φ, dΦ/dt and d²Φ/dt².
 
 use hamiltonian_adjoint::{Error, Inputs, Mechanics, Scheme, System, Trajectory};
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
-/// The largest violation of any constraint equation, one for each node.
+/// The largest violation of any constraint equation at each node.
 #[derive(Clone, Debug)]
 pub struct Violations {
-    /// s; also of nodes that were inserted where steps were halved.
+    /// Times in s, including nodes that halved steps inserted.
     pub times: Vec<f64>,
     /// ‖Φ(q)‖∞, m or rad.
     pub position: Vec<f64>,
@@ -32,7 +32,7 @@ impl Violations {
 
 /// a_i = (2/Δt) (v_i − v_{i−1}) − a_{i−1}: the rule that the scheme has for q and p*, applied to v.
 ///
-/// The accelerations are no unknowns of the scheme, and the paper does not say where it has them from: assumed.
+/// The accelerations are not unknowns of the scheme, and the paper does not state how it computes them: assumed.
 fn by_trapezoidal_rule(steps: &[f64], v: &DMatrix<f64>, at_start: &DVector<f64>) -> DMatrix<f64> {
     let mut a = DMatrix::zeros(v.nrows(), v.ncols());
     a.set_column(0, at_start);
@@ -84,7 +84,7 @@ mod tests {
         let a = DMatrix::from_columns(&columns);
         assert!(norms(&phi_ddot(&system, &inputs, &motion, &a).expect("motion")).iter().all(|norm| *norm < 1e-10));
         let rule = by_trapezoidal_rule(&inputs.grid.steps, &motion.v, &columns[0]);
-        // The rule is of second order: (Δt)² times derivatives of a.
+        // The rule has order two: its error is (Δt)² times derivatives of a.
         assert!((&a - rule).amax() < 0.1 * a.amax());
     }
 }

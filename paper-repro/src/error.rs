@@ -1,4 +1,4 @@
-//! What can go wrong in a run.
+//! Errors of a run.
 
 use std::{fmt, io, path::PathBuf};
 
@@ -11,7 +11,7 @@ pub enum Error {
     /// A figure could not be drawn, for the reason that the drawing library states.
     #[error("cannot draw the figure: {0}")]
     Drawing(String),
-    /// Flags that are unknown, or make no sense.
+    /// Unknown or invalid flags.
     #[error("{0} (try --help)")]
     Usage(String),
     #[error("cannot write to standard output: {0}")]

@@ -1,4 +1,4 @@
-//! The runs behind the figures, each made when it is first asked for and only once.
+//! The runs that the figures need. Each is computed once, when it is first needed.
 
 use std::cell::{OnceCell, RefCell};
 
@@ -24,7 +24,7 @@ pub struct Experiment {
     pub(crate) gradients: OnceCell<Gradients>,
     pub(crate) optimum: OnceCell<Optimum>,
     pub(crate) timing: OnceCell<Timing>,
-    /// What the library warned of in these runs, each once.
+    /// Warnings of the library in these runs, without duplicates.
     pub warnings: RefCell<Vec<String>>,
 }
 
@@ -35,11 +35,11 @@ pub struct Gradients {
     pub complex_step: Vec<f64>,
 }
 
-/// The optimisation and the motion it ends with.
+/// The optimisation and its final motion.
 pub struct Optimum {
-    /// All iterates, the start included.
+    /// All iterates, including the start.
     pub history: Vec<Iterate>,
-    /// The motion under the identified force, and what it followed from.
+    /// The motion under the identified force, and its inputs.
     pub motion: Trajectory,
     pub inputs: Inputs,
 }
@@ -59,7 +59,7 @@ impl Experiment {
         })
     }
 
-    /// How well the starting iteration keeps its constraints.
+    /// Constraint violations of the starting iteration.
     pub fn violations(&self) -> Result<&Violations, Error> {
         once(&self.violations, || {
             let mut solver = Solver::new(&self.system, SolverSettings::default());
@@ -85,7 +85,7 @@ impl Experiment {
         })
     }
 
-    /// The optimisation, with a progress bar where there is a terminal to show it.
+    /// The optimisation, with a progress bar on a terminal.
     pub fn optimum(&self) -> Result<&Optimum, Error> {
         once(&self.optimum, || {
             let iterations = self.settings.iterations;
@@ -157,7 +157,7 @@ impl Optimum {
         self.history.iter().position(|iterate| iterate.cost < cost)
     }
 
-    /// How many were made.
+    /// Number of iterations.
     pub fn iterations(&self) -> usize {
         self.history.len() - 1
     }
@@ -173,7 +173,7 @@ impl Optimum {
     }
 }
 
-/// The value in the cell, made if it is not there yet.
+/// The value in the cell; computed if the cell is empty.
 fn once<T>(cell: &OnceCell<T>, make: impl FnOnce() -> Result<T, Error>) -> Result<&T, Error> {
     match cell.get() {
         Some(value) => Ok(value),

@@ -1,4 +1,4 @@
-//! Files that are there in full or not at all, and standard output that is not lost in silence.
+//! Files that are written completely or not at all, and standard output whose errors are reported.
 
 use std::fs;
 use std::io::{self, Write};
@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use crate::error::Error;
 
-/// The folder for the files, made if there is none: the one asked for, or `out` in the folder of this package, or here if that is gone.
+/// The output folder, created if necessary: the requested one, else `out` in the folder of this package or, if that is missing, in the current one.
 pub fn folder(asked: Option<&Path>) -> Result<PathBuf, Error> {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let usual = || if package.is_dir() { package.join("out") } else { "out".into() };
@@ -18,7 +18,7 @@ pub fn folder(asked: Option<&Path>) -> Result<PathBuf, Error> {
     tried.map_err(|source| Error::File { path: folder.clone(), source }).map(|()| folder)
 }
 
-/// Writes a file beside its place and then moves it there, so that a run that is interrupted leaves the old file or the new one.
+/// Writes a temporary file and renames it, so that an interrupted run leaves either the old file or the new one.
 pub fn write(path: &Path, contents: impl AsRef<[u8]>) -> Result<(), Error> {
     replace(path, contents.as_ref()).map_err(|source| Error::File { path: path.to_owned(), source })
 }
@@ -33,7 +33,7 @@ pub fn print(text: &str) -> Result<(), Error> {
     out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(Error::Output)
 }
 
-/// Says a line on standard error; unlike `eprintln!` it does not panic where nobody listens.
+/// Prints a line to standard error; unlike `eprintln!` it does not panic if standard error is closed.
 pub fn say(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
@@ -42,7 +42,7 @@ fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
     let part = part_of(path);
     let written = fs::File::create(&part).and_then(|mut file| {
         file.write_all(contents)?;
-        // A disk may say only now that it is full.
+        // A full disk may be reported only here.
         file.sync_all()
     });
     let moved = written.and_then(|()| fs::rename(&part, path));
@@ -52,7 +52,7 @@ fn replace(path: &Path, contents: &[u8]) -> io::Result<()> {
     moved
 }
 
-/// Where the file is until it is whole: a hidden name in the same folder, this process's own.
+/// Path of the temporary file: a hidden name in the same folder, unique to this process.
 fn part_of(path: &Path) -> PathBuf {
     let name = path.file_name().unwrap_or_default().to_string_lossy();
     path.with_file_name(format!(".{}.{name}", std::process::id()))
@@ -68,7 +68,7 @@ mod tests {
         let folder = super::folder(Some(&folder)).unwrap();
         let path = folder.join("a.csv");
         write(&path, "old").unwrap();
-        // A folder in the place of the part: it can neither be made nor written to.
+        // A folder has the name of the temporary file, which can then be neither created nor written.
         fs::create_dir(part_of(&path)).unwrap();
         let message = write(&path, "new").unwrap_err().to_string();
         assert!(message.contains("a.csv") && message.contains("--out"), "{message}");
@@ -76,11 +76,11 @@ mod tests {
         assert_eq!(fs::read_to_string(&path).unwrap(), "old");
         write(&path, "new").unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "new");
-        // A folder in the place of the file.
+        // A folder has the name of the file.
         fs::create_dir(folder.join("b.csv")).unwrap();
         assert!(write(&folder.join("b.csv"), "new").is_err());
         assert_eq!(fs::read_dir(&folder).unwrap().count(), 2);
-        // A file in the place of the folder.
+        // A file has the name of the folder.
         assert!(super::folder(Some(&path)).is_err());
         fs::remove_dir_all(folder).unwrap();
     }

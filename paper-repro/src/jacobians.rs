@@ -1,4 +1,4 @@
-//! Eq. (1)–(12) of the paper, as printed in our copy, against true derivatives: what holds, what is misprinted, and the proof.
+//! Eq. (1)–(12) of the paper, as printed in our copy, compared with true derivatives: formulas that hold, misprints, and numerical evidence.
 
 mod blocks;
 mod equations;
@@ -12,14 +12,14 @@ use crate::table::{Table, Verdict};
 /// One printed formula.
 #[derive(Clone, Debug)]
 pub struct Finding {
-    /// Equation, and block.
+    /// Equation and block.
     pub place: String,
     pub printed: String,
     pub status: Verdict,
-    /// The right formula; empty if the printed one is.
+    /// The correct formula; empty if the printed one is correct.
     pub corrected: String,
     pub errors: Errors,
-    /// What the difference looks like.
+    /// Description of the difference.
     pub words: String,
 }
 
@@ -34,7 +34,7 @@ impl Finding {
     }
 }
 
-/// All findings, for people (`Display`) and for the README ([`Findings::markdown`]).
+/// All findings, as text (`Display`) and as a page of the guide ([`Findings::markdown`]).
 pub struct Findings {
     pub findings: Vec<Finding>,
 }
@@ -144,8 +144,8 @@ mod tests {
         println!("{findings}");
         for finding in &findings.findings {
             for error in finding.errors[1].into_iter().filter(|e| !e.is_nan()) {
-                // Two discretisations of one motion differ by O(Δt²) in the row of (1b). Blocks of (10) are infinitely wrong unless the check
-                // finds them right, entry by entry: relative to what is left where terms cancel, rounding has no other bound.
+                // In the row of (1b), two discretisations of one motion differ by O(Δt²). The error of a block of (10) is set to infinity unless the
+                // check finds every entry right; if terms cancel, rounding relative to the remaining entry has no fixed bound.
                 let within = match finding.place.as_str() {
                     "(1b)" => 1e-5,
                     place if place.starts_with("(10)") => f64::INFINITY,

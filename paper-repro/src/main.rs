@@ -46,13 +46,13 @@ use table::{Row, Verdict};
 /// Reproduces the figures and numbers of the paper's numerical example and compares them with ours.
 ///
 /// Each figure is written as SVG, CSV and a caption, the numbers as summary.json, the motion as swing-up.html. The exit status is 1 if a claim
-/// that must hold does not or something could not be computed, written or printed, and 2 if the arguments are wrong.
+/// that must hold fails or if a result cannot be computed, written or printed, and 2 if the arguments are wrong.
 #[derive(Parser)]
 #[command(version, override_usage = "paper-repro [OPTIONS] [PARTS]...\n       paper-repro [--out <FOLDER>] <COMMAND>")]
 struct Cli {
     #[command(subcommand)]
     command: Option<Command>,
-    /// What to make [default: everything]
+    /// Figures and measurements to compute [default: all]
     #[arg(value_enum)]
     parts: Vec<Part>,
     /// Folder for the files [default: paper-repro/out]
@@ -79,7 +79,7 @@ enum Part {
     Fig6,
     /// Adjoint against complex step
     Timing,
-    /// The swing-up as a page to be played (swing-up.html) and as a moving picture (swing-up.svg)
+    /// The swing-up as an animated page (swing-up.html) and as an animated picture (swing-up.svg)
     Player,
 }
 
@@ -98,14 +98,14 @@ impl Part {
     }
 }
 
-/// What else there is besides the paper's figures.
+/// Commands other than the paper's figures.
 #[derive(Subcommand)]
 enum Command {
     /// Compares every formula of the paper, as printed in our copy, with the true derivatives
     Jacobians,
     WorkPrecision(work_precision::Options),
     Stress(stress::Options),
-    /// Varies what the paper leaves open, and tells which of its numbers each choice reproduces
+    /// Varies the values that the paper does not state, and reports which of its numbers each combination reproduces
     Assumptions,
     Optimise(optimise::Options),
 }
@@ -120,7 +120,7 @@ fn main() -> ExitCode {
     ExitCode::from(status)
 }
 
-/// Does what is asked for; whether all claims that must hold do.
+/// Runs the requested command; true if all claims that must hold do hold.
 fn start() -> Result<bool, Error> {
     let cli = match Cli::command().try_get_matches().and_then(read) {
         Ok(cli) => cli,
@@ -139,7 +139,7 @@ fn start() -> Result<bool, Error> {
     }
 }
 
-/// What is asked for; with a command only the folder may be told before it.
+/// The parsed arguments; before a command, only the folder may be given.
 fn read(matches: ArgMatches) -> Result<Cli, clap::Error> {
     let mut command = Cli::command();
     command.build();
@@ -153,13 +153,13 @@ fn read(matches: ArgMatches) -> Result<Cli, clap::Error> {
     }
 }
 
-/// What is wrong and what is allowed, without the usage.
+/// The error and the allowed values in one line, without the usage.
 fn in_a_line(error: &str) -> String {
     let lines: Vec<&str> = error.lines().map(str::trim).take_while(|line| !line.is_empty()).collect();
     lines.join(" ").trim_start_matches("error: ").to_owned()
 }
 
-/// Makes what is asked for and prints the table.
+/// Computes the requested parts and prints the table.
 fn run(cli: Cli, folder: &Path) -> Result<Vec<Row>, Error> {
     let mut parts = if cli.parts.is_empty() { Part::value_variants().to_vec() } else { cli.parts };
     parts.sort();
@@ -179,7 +179,7 @@ fn run(cli: Cli, folder: &Path) -> Result<Vec<Row>, Error> {
     Ok(claims)
 }
 
-/// Writes and prints how the paper's formulas compare with the true derivatives; whether all corrected ones are right.
+/// Writes and prints the comparison of the paper's formulas with true derivatives; true if all corrected formulas are right.
 fn compare_equations(folder: &Path) -> Result<bool, Error> {
     let findings = jacobians::report()?;
     files::write(&folder.join("jacobians.txt"), findings.to_string())?;
@@ -210,7 +210,7 @@ mod tests {
         for line in ["paper-repro --links 2 stress", "paper-repro fig1 --out folder stress", "paper-repro fig1 stress"] {
             assert!(read(line).is_err(), "{line}");
         }
-        // Its problem is that of the references, without flags for another.
+        // The problem of `work-precision` is fixed by the references, so it has no flags for another one.
         assert!(read("paper-repro work-precision --links 2").is_err());
     }
 }

@@ -1,4 +1,4 @@
-//! `optimise`: optimal control of the paper's cart, and problems of closed mechanisms, by the methods of the library: what each needs, and where it ends.
+//! `optimise`: optimal control of the paper's cart, and problems of closed mechanisms, by the methods of the library, with the work and the result of each.
 
 mod figures;
 mod four_bar;
@@ -36,14 +36,14 @@ pub struct Options {
     problems: Vec<Name>,
 }
 
-/// The method, its name and what it is told.
+/// A method: its name and a function that calls it.
 type Method = (&'static str, fn(&mut MotionProblem, &[f64], &MethodOptions, &mut Watcher) -> Result<Outcome, MotionError>);
 
 const LBFGS: Method = ("L-BFGS", |problem, start, options, watch| lbfgs(problem, start, options, watch));
 const AUGMENTED: Method =
     ("augmented Lagrangian", |problem, start, options, watch| augmented_lagrangian(problem, start, options, watch));
 const INTERIOR: Method = ("interior point", |problem, start, options, watch| interior_point(problem, start, options, watch));
-/// From 2.5 s to the time that is asked for.
+/// From 2.5 s to the required duration.
 const HOMOTOPY: Method = ("homotopy in the final time", |problem, start, options, watch| {
     let steps = problem.inputs_at(start).grid.steps;
     let (first, last) = (Name::Rest.duration() / steps.len() as f64, steps[0]);
@@ -96,7 +96,7 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
             "Gradients",
             "Products",
             "Time [ms]",
-            "Of one gradient",
+            "Relative to one gradient",
             "Value",
             "Violation",
             "End",
@@ -104,8 +104,8 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
         rows: runs.iter().map(|run| run.cells(gradient)).collect(),
     };
     let words = format!(
-        "The cart of the paper with its {} links, 100 steps, from u = 10 N; times are medians of up to 5 on one thread, one value with its gradient takes {:.3} ms. \
-         Each method ends in a minimum near its way: of the shortest time there are several.{found}",
+        "The cart of the paper with {} links and 100 steps, started from u = 10 N. Times are medians of up to 5 runs on one thread; one value with its gradient takes {:.3} ms. \
+         Each method ends in a nearby minimum; the problem of the shortest time has several.{found}",
         CartPendulum::default().links,
         1e3 * gradient
     );
@@ -118,15 +118,15 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     Ok(true)
 }
 
-/// The last of 100 fits, and how often the truth lay within two standard errors.
+/// The last of 100 fits, and how often the true values lay within two standard errors.
 fn identify(folder: &Path) -> Result<(Option<Run>, String), Error> {
     const REPEATS: usize = 100;
     let begin = Instant::now();
     let mechanisms::Identified { within, of, fit } = mechanisms::identify(REPEATS)?;
     let milliseconds = 1e3 * begin.elapsed().as_secs_f64() / REPEATS as f64;
     let words = format!(
-        " Identification: {within} of {of} parameters of {REPEATS} repetitions within two standard errors; the time is that of one of them, \
-         scenes included."
+        " Identification: {within} of {of} parameters of {REPEATS} repetitions lie within two standard errors; the time is that of one repetition, \
+         including its scenes."
     );
     figures::residuals(&fit.outcome.constraints, &mechanisms::times_of_readings(), folder)?;
     let run = Run { name: Name::Identify, method: LEAST_SQUARES.0, outcome: fit.outcome, milliseconds, found: None };
@@ -143,14 +143,14 @@ fn synthesise() -> (Option<Run>, String) {
         return (None, format!(" Four-bar: no linkage was found from {STARTS} starts."));
     };
     let words = format!(
-        " Four-bar: {converged} of {STARTS} starts end at a linkage, {alike} of them at the best one, which is {:.2} mm off the path (root of the mean \
-         square); the time is that of one start, the other numbers are those of the best.",
+        " Four-bar: {converged} of {STARTS} starts converge to a linkage, {alike} of them to the best one, which deviates from the path by {:.2} mm (root mean \
+         square); the time is that of one start, the other numbers are those of the best one.",
         1e3 * best.value.sqrt()
     );
     (Some(Run { name: Name::FourBar, method: INTERIOR.0, outcome: best, milliseconds, found: None }), words)
 }
 
-/// What is more exact than the cost is not asked for.
+/// Options with a tolerance that the accuracy of the cost permits.
 fn options(name: Name) -> MethodOptions {
     let target = (name == Name::Paper).then_some(1e-10);
     MethodOptions { target, stationarity: 1e-5, iterations: 2000, ..MethodOptions::default() }
@@ -172,7 +172,7 @@ fn solve(name: Name, (method, minimise): Method) -> Result<Run, Error> {
         }
         let (start, mut seen) = (problem.start(), Vec::new());
         let mut keep = |_: &Iterate, x: &[f64]| {
-            // Where rounds of a method begin, an iterate is shown again.
+            // At the beginning of a round, a method reports an iterate again.
             if seen.last().is_none_or(|last: &Vec<f64>| last != x) {
                 seen.push(x.to_vec());
             }
@@ -188,7 +188,7 @@ fn solve(name: Name, (method, minimise): Method) -> Result<Run, Error> {
     Ok(Run { name, method, outcome, milliseconds, found: Some(Found { posed, inputs, iterates }) })
 }
 
-/// By multiple shooting; merged segments give one motion at last.
+/// Solves by multiple shooting; merged segments finally form one motion.
 fn in_segments(name: Name, is_merged: bool) -> Result<Run, Error> {
     let posed = pose(name)?;
     let ((outcome, inputs), milliseconds) = timed(|| {
@@ -199,7 +199,7 @@ fn in_segments(name: Name, is_merged: bool) -> Result<Run, Error> {
     Ok(Run { name, method, outcome, milliseconds, found: Some(Found { posed, inputs, iterates: Vec::new() }) })
 }
 
-/// What work comes to, and the median of its times in ms; what is short is done up to five times.
+/// The result of `work` and the median of its run times in ms; short work is repeated up to five times.
 fn timed<T>(mut work: impl FnMut() -> Result<(T, Duration), Error>) -> Result<(T, f64), Error> {
     let mut times = Vec::new();
     loop {
@@ -211,17 +211,17 @@ fn timed<T>(mut work: impl FnMut() -> Result<(T, Duration), Error>) -> Result<(T
     }
 }
 
-/// A simulation and its gradient, s.
+/// Time of a simulation and its gradient, s.
 fn one_gradient() -> Result<f64, Error> {
     let Posed { system, inputs, .. } = pose(Name::Paper)?;
     let repeats = Repeats { turns: 3, turn: Duration::from_millis(30) };
     Ok(repeats.times(&mut [value_and_gradient(&system, &inputs)])?[0])
 }
 
-/// What a user finds in the folder.
+/// Description of the written files.
 fn written(runs: &[Run]) -> &'static str {
     if runs.iter().any(|run| run.found.is_some()) {
-        "optimise.md, optimise.json, figures and motions before and after"
+        "optimise.md, optimise.json, figures, and motions before and after the optimisation"
     } else if runs.iter().any(|run| run.name == Name::Identify) {
         "optimise.md, optimise.json and the residuals"
     } else {

@@ -1,4 +1,4 @@
-//! The motion under the identified force, to be looked at.
+//! Animation of the motion under the identified force.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! What the paper leaves open, as flags: they decide the mechanism, its inputs and the line search.
+//! Values that the paper does not state, as flags: they define the mechanism, its inputs and the line search.
 
 use clap::Parser;
 use hamiltonian_adjoint::scenes::CartPendulum;
@@ -17,10 +17,10 @@ const DT: f64 = 0.02;
 /// The initial force F₀ of the paper, N.
 const FORCE: f64 = 10.0;
 
-/// The example, with everything the paper does not state marked as assumed.
+/// The example; values that the paper does not state are marked as assumed.
 #[derive(Parser, Clone, Debug, PartialEq)]
 pub struct Settings {
-    // What takes a real number takes whatever begins with a hyphen, since to clap -1e-3 is no negative number.
+    // Real-valued flags accept values that begin with a hyphen, because clap does not recognise -1e-3 as a negative number.
     /// Links of the pendulum
     #[arg(long, value_name = "COUNT", default_value_t = 3, value_parser = clap::value_parser!(u16).range(1..=50), allow_negative_numbers = true)]
     pub links: u16,
@@ -30,21 +30,21 @@ pub struct Settings {
     /// Acceleration of gravity in m/s² (assumed)
     #[arg(long, value_name = "M/S²", default_value_t = CartPendulum::default().gravity, value_parser = finite, allow_hyphen_values = true)]
     pub gravity: f64,
-    /// Hinge that has the friction c_rot, 0 being that of the cart and the first link (assumed)
+    /// Hinge with the friction c_rot; 0 is the hinge between the cart and the first link (assumed)
     #[arg(long, value_name = "HINGE", default_value_t = 0, allow_negative_numbers = true)]
     pub friction_joint: u16,
-    /// Iterations of steepest descent; the paper shows 300, and all are made unless J cannot be lowered any more
+    /// Iterations of steepest descent (300 in the paper); fewer are made if J cannot be lowered any more
     #[arg(long, value_name = "COUNT", default_value_t = 300, value_parser = clap::value_parser!(u32).range(1..=100_000), allow_negative_numbers = true)]
     pub iterations: u32,
     #[command(flatten)]
     pub search: LineSearch,
-    /// Draws the captions into the figures too; without it they are in the SVG's description and in a text file beside it
+    /// Also draws the captions into the figures; without this flag they are in the SVG's description and in a text file beside it
     #[arg(long)]
     pub captions: bool,
 }
 
 impl Settings {
-    /// What they are without flags.
+    /// The defaults.
     pub fn usual() -> Self {
         Self::parse_from([""])
     }
@@ -59,46 +59,49 @@ impl Settings {
         }
     }
 
-    /// Its initial state and the constant force from which the optimisation starts.
+    /// The initial state and the constant force from which the optimisation starts.
     pub fn inputs(&self, system: &System) -> Inputs {
         let mut inputs = Inputs::at_rest(system, Grid::uniform(STEPS, DT));
         inputs.controls.fill(FORCE);
         inputs
     }
 
-    /// Whether the mechanism is that of the paper with the usual assumptions, for which reference values are known.
+    /// True for the paper's mechanism with the default assumptions, for which reference values are known.
     pub fn usual_mechanism(&self) -> bool {
         self.example() == CartPendulum::default()
     }
 
-    /// What the paper leaves open, and our choice.
+    /// The values that the paper does not state, and our choices.
     pub fn assumptions(&self) -> Vec<Row> {
         let LineSearch { first, armijo, shorten } = self.search;
         let (first, armijo, shorten) = (shown(first), shown(armijo), shown(shorten));
         let most = match self.usual_mechanism() && self.search == LineSearch::USUAL {
-            true => "; of the choices that `assumptions` tries, this reproduces most of the paper's numbers",
+            true => "; of the combinations that `assumptions` tests, this one reproduces the most of the paper's numbers",
             false => "",
         };
         let rows = [
             ("link length", format!("{} m, hinges at the ends, centre of mass in the middle", shown(self.length))),
             ("acceleration of gravity", format!("{} m/s²", shown(self.gravity))),
             ("hinge with friction", format!("that of {}", self.joined_with_friction())),
-            ("backtracking line search", format!("Armijo: α = {first}, times {shorten} until c = {armijo} holds{most}")),
+            (
+                "backtracking line search",
+                format!("Armijo: α = {first}, multiplied by {shorten} until the condition with c = {armijo} holds{most}"),
+            ),
         ];
         rows.map(|(what, ours)| Row::new("Sect. 4", what, "not stated", ours, Verdict::Assumed)).to_vec()
     }
 
-    /// Caption of a figure of the paper: whose it is, what is particular about it, and what is assumed, of the line search too where it counts.
+    /// Caption of a figure of the paper: its number, its particulars, and the assumptions, including the line search if it matters.
     pub fn caption(&self, figure: u8, particular: &str, with_search: bool) -> Caption {
         let LineSearch { first, armijo, shorten } = self.search;
         let search = format!(
-            ";\nline search: Armijo, α = {}, times {} until c = {} holds",
+            ";\nline search: Armijo, α = {}, multiplied by {} until the condition with c = {} holds",
             shown(first),
             shown(shorten),
             shown(armijo)
         );
         let assumed = format!(
-            "Assumed, since the paper does not state it: links of {} m, g = {} m/s², friction in the hinge of {}",
+            "Assumed, because the paper does not state it: links of {} m, g = {} m/s², friction in the hinge of {}",
             shown(self.length),
             shown(self.gravity),
             self.joined_with_friction()
@@ -108,7 +111,7 @@ impl Settings {
         Caption { text, shown: self.captions }
     }
 
-    /// What the hinge with friction joins.
+    /// The bodies that the hinge with friction joins.
     pub fn joined_with_friction(&self) -> String {
         match self.friction_joint {
             0 => "the cart and link 1".to_owned(),
@@ -116,11 +119,10 @@ impl Settings {
         }
     }
 
-    /// Refuses flags that do not go together.
+    /// Checks that the flags are consistent.
     pub fn check(&self) -> Result<(), Error> {
         let (joint, links) = (self.friction_joint, self.links);
-        let problem =
-            || format!("--friction-joint {joint}: hinges are numbered from 0, and {links} link(s) have {links} of them");
+        let problem = || format!("--friction-joint {joint}: {links} link(s) have {links} hinge(s), numbered from 0");
         if joint < links { Ok(()) } else { Err(Error::Usage(problem())) }
     }
 }

@@ -2,19 +2,19 @@
 
 use std::borrow::Borrow;
 
-/// The median, the upper one of two; 0 of nothing.
+/// The median (the upper one of two); 0 for an empty list.
 pub fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The largest |value|, NaN if there is one; 0 of nothing.
+/// The largest |value|; NaN if any value is NaN, 0 for an empty list.
 pub fn largest<X: Borrow<f64>>(values: impl IntoIterator<Item = X>) -> f64 {
     values.into_iter().map(|x| x.borrow().abs()).max_by(f64::total_cmp).unwrap_or(0.0)
 }
 
-/// The least and the greatest value; ∞ and −∞ of nothing.
+/// The least and the greatest value; ∞ and −∞ for an empty list.
 pub fn range(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     values.into_iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), x| (least.min(x), most.max(x)))
 }
@@ -27,7 +27,7 @@ pub fn relative_difference(a: &[f64], b: &[f64]) -> f64 {
     largest(a.iter().zip(b).map(|(a, b)| a - b)) / largest(b)
 }
 
-/// Each item once, where it comes first.
+/// The items without duplicates, in the order of their first occurrence.
 pub fn distinct<T: PartialEq>(items: impl IntoIterator<Item = T>) -> Vec<T> {
     let mut kept = Vec::new();
     for item in items {

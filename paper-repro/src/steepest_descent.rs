@@ -6,26 +6,26 @@ use hamiltonian_adjoint::optimize::Problem;
 use crate::flags::{positive, share, shortening};
 use crate::statistics::largest;
 
-/// How the step length is found: the first of α, ρα, ρ²α, … with J(u − αg) ≤ J(u) − c α gᵀg.
+/// Line search: the step length is the first of α, ρα, ρ²α, … with J(u − αg) ≤ J(u) − c α gᵀg.
 #[derive(clap::Args, Clone, Copy, Debug, PartialEq)]
 pub struct LineSearch {
     /// First step length α that each line search tries (assumed)
     #[arg(long = "alpha", value_name = "ALPHA", default_value_t = Self::USUAL.first, value_parser = positive, allow_hyphen_values = true)]
     pub first: f64,
-    /// Share c of the decrease expected from the slope that a step must reach, J(u − αg) ≤ J(u) − c α gᵀg (assumed)
+    /// Fraction c of the decrease predicted by the slope that a step must achieve, J(u − αg) ≤ J(u) − c α gᵀg (assumed)
     #[arg(long, value_name = "SHARE", default_value_t = Self::USUAL.armijo, value_parser = share, allow_hyphen_values = true)]
     pub armijo: f64,
-    /// Factor by which a refused step is shortened, at most 0.99 (assumed)
+    /// Factor by which a rejected step is shortened, at most 0.99 (assumed)
     #[arg(long = "backtrack", value_name = "FACTOR", default_value_t = Self::USUAL.shorten, value_parser = shortening, allow_hyphen_values = true)]
     pub shorten: f64,
 }
 
 impl LineSearch {
-    /// What it is unless told otherwise, found by trial: from many others the descent ends in a valley that does not reach 0.
+    /// The default, found by trial: with many other values the descent ends in a valley in which J does not reach 0.
     pub const USUAL: Self = LineSearch { first: 2000.0, armijo: 1e-4, shorten: 0.5 };
 }
 
-/// Steps shorter than this share of the first one are given up: J has no lower value within rounding.
+/// The line search ends at steps shorter than this fraction of the first one: J has no lower value within rounding.
 const SHORTEST: f64 = 1e-18;
 
 /// One point of the descent.
@@ -35,15 +35,15 @@ pub struct Iterate {
     pub cost: f64,
     /// ‖∇J‖∞.
     pub gradient: f64,
-    /// The step length that led here, 0 at the start.
+    /// The step length that led to this point; 0 at the start.
     pub step: f64,
-    /// The values of J that the line search took to get here.
+    /// Number of values of J that the line search evaluated for this point.
     pub trials: usize,
 }
 
-/// Makes so many iterations, or fewer if the line search finds no lower value, and returns the start and all that follows.
+/// Performs the given number of iterations, or fewer if the line search finds no lower value; returns the start and all iterates.
 ///
-/// A trial that cannot be evaluated counts as infinitely costly. `progress` sees every iterate.
+/// A trial that cannot be evaluated counts as infinitely costly. `progress` is called with every iterate.
 pub fn minimise(
     problem: &mut impl Problem,
     start: Vec<f64>,
@@ -64,11 +64,11 @@ pub fn minimise(
     Ok(history)
 }
 
-/// The first point of sufficient decrease, its gradient not known yet; the problem is left there.
+/// The first point with sufficient decrease, without its gradient; the problem was last evaluated at this point.
 fn backtrack(problem: &mut impl Problem, from: &Iterate, gradient: &[f64], search: &LineSearch) -> Option<Iterate> {
     let slope: f64 = gradient.iter().map(|g| g * g).sum();
     let (mut step, mut trials) = (search.first, 0);
-    // Of a very short first step the share is 0, and rounded steps no longer shrink before they are there.
+    // For a very short first step this limit underflows to 0, and the rounded steps stop shrinking before they reach it.
     while step > (search.first * SHORTEST).max(f64::MIN_POSITIVE) {
         let u: Vec<f64> = from.u.iter().zip(gradient).map(|(u, g)| u - g * step).collect();
         let cost = problem.evaluate(&u, &mut []).unwrap_or(f64::INFINITY);
@@ -135,7 +135,7 @@ mod tests {
         for pair in history.windows(2) {
             let slope: f64 = WEIGHTS.iter().zip(&pair[0].u).map(|(w, u)| (w * (u - 1.0)).powi(2)).sum();
             assert!(pair[1].cost <= pair[0].cost - SEARCH.armijo * pair[1].step * slope);
-            // The step before it, twice as long, was refused.
+            // The preceding step, twice as long, was rejected.
             assert_eq!(pair[1].step, SEARCH.first * 0.5f64.powi(pair[1].trials as i32 - 1));
         }
     }

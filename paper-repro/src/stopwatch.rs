@@ -1,4 +1,4 @@
-//! Run times on one thread, memory allocated and caches warm: the median over turns of the shortest call in a turn.
+//! Run times on one thread with allocated memory and warm caches: the median over turns of the shortest call in a turn.
 
 use std::time::{Duration, Instant};
 
@@ -6,7 +6,7 @@ use hamiltonian_adjoint::{Error, Inputs, Settings, Solver, System};
 
 use crate::statistics::median;
 
-/// Something to be timed again and again.
+/// A job whose run time is measured repeatedly.
 pub type Job<'a> = Box<dyn FnMut() -> Result<(), Error> + 'a>;
 
 /// One simulation.
@@ -24,14 +24,14 @@ pub fn value_and_gradient<'a>(system: &'a System, inputs: &'a Inputs) -> Job<'a>
     })
 }
 
-/// How often jobs are repeated.
+/// Number and duration of the turns.
 ///
-/// They take turns, so that a machine that is busy for a while is so for all of them. The shortest call of a turn is one that was not
-/// interrupted by other programs, if any was.
+/// The jobs take turns, so that a temporarily busy machine affects all of them alike. The shortest call of a turn is the one least
+/// interrupted by other programs.
 #[derive(Clone, Copy, Debug)]
 pub struct Repeats {
     pub turns: usize,
-    /// A turn is one call that is not counted, then calls until this time is over, at least one.
+    /// A turn is one call that is not timed, followed by at least one timed call until this time has passed.
     pub turn: Duration,
 }
 

@@ -1,4 +1,4 @@
-//! `stress`: where the method or the arithmetic might give way, with a bound for each number and a verdict for each row.
+//! `stress`: cases in which the method or the arithmetic might fail, with a bound for each number and a verdict for each row.
 
 mod chaos;
 mod conditioning;
@@ -25,18 +25,18 @@ use crate::files;
 use crate::table::{Row, Rows, Verdict};
 use row::{Curve, Trial};
 
-/// Tries extremes, long motions and singular configurations and says what held
+/// Tests extreme values, long motions and singular configurations, and reports the results
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
-    /// Shorter motions: less than a minute
+    /// Use shorter motions; takes less than a minute
     #[arg(long)]
     pub short: bool,
 }
 
-/// What is tried elsewhere.
-const RANDOM: &str = "Random scenes are tried by `RANDOM_SCENES=2000 cargo test --release --test random -- --nocapture`.";
+/// Reference to the tests with random scenes.
+const RANDOM: &str = "Random scenes are tested by `RANDOM_SCENES=2000 cargo test --release --test random -- --nocapture`.";
 
-/// Tries everything, writes the files, prints the table; false if a row failed.
+/// Runs all trials, writes the files and prints the table; false if a row failed.
 pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     let trials = trials(options.short);
     let bar = bar("stress", trials.len());
@@ -56,8 +56,8 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     let verdicts = [Verdict::Holds, Verdict::Refused, Verdict::Warned, Verdict::Failed];
     let [hold, refused, warned, failed] = verdicts.map(|verdict| rows.count(verdict));
     let summary = format!(
-        "{} rows: {hold} hold, {refused} refused with an error (where a typed error is an answer), {warned} warned \
-         (where a warning of just that is one), {failed} failed.",
+        "{} rows: {hold} hold, {refused} refused with an error (if a specific error is an acceptable result), {warned} warned \
+         (if a specific warning is an acceptable result), {failed} failed.",
         rows.rows.len()
     );
     files::write(&folder.join("stress.md"), format!("# Stress\n\n{summary} {RANDOM}\n\n{}", table.markdown()))?;
@@ -70,7 +70,7 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
 /// All trials, group by group.
 fn trials(short: bool) -> Vec<Trial> {
     let groups = [
-        // First, for what is judged there is the memory that the process ever had.
+        // This group is first because it judges the peak memory of the whole process.
         ("long runs", long_runs::trials(short)),
         ("extremes", extremes::trials(short)),
         ("units", units::trials()),

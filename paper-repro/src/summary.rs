@@ -6,12 +6,12 @@ use crate::experiment::Experiment;
 use crate::statistics::{largest, median};
 use crate::table::{Row, Rows};
 
-/// The rows beside the paper's statements.
+/// The rows, with the paper's statements.
 pub fn rows(rows: &[Row]) -> Rows<'_> {
     Rows { keys: ["figure", "what", "paper", "ours"], heads: ["Figure", "What", "Paper", "Ours"], rows }
 }
 
-/// The numbers of all runs that were made; what was not asked for is null.
+/// The numbers of all runs; runs that were not requested are null.
 pub fn of(experiment: &Experiment, claims: &[Row]) -> Value {
     let Experiment { settings, violations, gradients, optimum, timing, .. } = experiment;
     json!({
@@ -46,7 +46,7 @@ pub fn of(experiment: &Experiment, claims: &[Row]) -> Value {
             "value_and_gradient_s": timing.value_and_gradient,
             "complex_step_s": timing.complex_step,
         })),
-        // What the library says of the motions.
+        // Warnings of the library for the motions.
         "warnings": experiment.warnings,
         "claims": rows(claims),
     })

@@ -1,20 +1,20 @@
-//! The lines of all reports: what was looked at, what was expected, what was found, and the verdict; as tables and as JSON.
+//! The rows of all reports: subject, expected result, actual result and verdict; as tables and as JSON.
 
 use std::fmt;
 
 use serde::{Serialize, Serializer};
 use serde_json::{Map, Value};
 
-/// How what was found compares with what was expected.
+/// Comparison of the actual result with the expected one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// Ours agrees with the paper.
+    /// Our result agrees with the paper.
     Reproduced,
-    /// Ours is sound but not what the paper has.
+    /// Our result is valid but differs from the paper's.
     Differs,
-    /// The paper gives no number, so there is only ours.
+    /// The paper states no number to compare with.
     NotStated,
-    /// The paper leaves this open, and ours rests on an assumption.
+    /// The paper does not state this value; ours is an assumption.
     Assumed,
     Confirmed,
     Reported,
@@ -24,15 +24,15 @@ pub enum Verdict {
     HoldsForConstantMass,
     /// A formula is wrong as printed.
     Misprinted,
-    /// The library stopped with an error that tells why, where that is an answer.
+    /// The library returned a specific error, and this is an acceptable result.
     Refused,
-    /// Numbers are out of their bounds, and the library's report warns of just that.
+    /// Numbers exceed their bounds, and the library's report contains the corresponding warning.
     Warned,
     Failed,
 }
 
 impl Verdict {
-    /// Whether ours agrees with the paper; sound it is in any case.
+    /// `Reproduced` if our result agrees with the paper, else `Differs`.
     pub fn reproduced_if(same: bool) -> Self {
         if same { Self::Reproduced } else { Self::Differs }
     }
@@ -65,15 +65,15 @@ impl fmt::Display for Verdict {
 /// A line of a report.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// What was looked at, in a word and in more of them, what was expected and what was found.
+    /// Group, subject, expected result and actual result.
     pub cells: [String; 4],
     pub verdict: Verdict,
-    /// What else the JSON has of it.
+    /// Further entries of the JSON object.
     pub more: Vec<(&'static str, Value)>,
 }
 
 impl Row {
-    /// A row of a word for what was looked at, more words for it, what was expected, and what was found.
+    /// A row with group, subject, expected result, actual result and verdict.
     pub fn new(
         of: &str,
         what: impl Into<String>,
@@ -85,7 +85,7 @@ impl Row {
     }
 }
 
-/// Rows and what their cells are called, in JSON and at the head of a table.
+/// Rows with the names of their cells, in JSON and in the heading of a table.
 pub struct Rows<'a> {
     pub keys: [&'static str; 4],
     pub heads: [&'static str; 4],
@@ -99,7 +99,7 @@ impl Rows<'_> {
         Table { heads, rows: self.rows.iter().map(words).collect() }
     }
 
-    /// How many rows have this verdict.
+    /// Number of rows with this verdict.
     pub fn count(&self, verdict: Verdict) -> usize {
         self.rows.iter().filter(|row| row.verdict == verdict).count()
     }
@@ -123,11 +123,11 @@ pub struct Table {
     pub rows: Vec<Vec<String>>,
 }
 
-/// Characters to a line of a text.
+/// Characters per line of a text.
 const LINE: usize = 120;
-/// Between columns of a text.
+/// Separator between the columns of a text.
 const GAP: &str = "  ";
-/// Joins two names, and a line may end behind it.
+/// Joins two names; a line may break after it.
 const DASH: char = '–';
 
 impl Table {
@@ -145,7 +145,7 @@ impl Table {
         out
     }
 
-    /// A table of Markdown: cells on one line, their bars not mistaken for those between cells.
+    /// A table in Markdown: each cell on one line, with escaped bars.
     pub fn markdown(&self) -> String {
         let escaped = |cell: &str| cell.split_whitespace().collect::<Vec<_>>().join(" ").replace('|', "\\|");
         let line = |cells: Vec<String>| format!("| {} |\n", cells.join(" | "));
@@ -154,7 +154,7 @@ impl Table {
         std::iter::once(head).chain(rows).collect()
     }
 
-    /// Widths of the columns, the widest narrowed until a row fits the line; those with room beside their longest words first.
+    /// Widths of the columns: the widest are narrowed until a row fits the line, first those wider than their longest words.
     fn widths(&self) -> Vec<usize> {
         let column = |c: usize, of: fn(&str) -> usize| {
             self.rows.iter().map(|cells| of(&cells[c])).fold(of(self.heads[c]), usize::max)
@@ -172,7 +172,7 @@ impl Table {
     }
 }
 
-/// One row, of as many lines as its longest cell needs.
+/// One row, with as many lines as its longest cell needs.
 fn row(cells: &[impl AsRef<str>], widths: &[usize]) -> String {
     let columns: Vec<Vec<String>> = cells.iter().zip(widths).map(|(cell, width)| wrapped(cell.as_ref(), *width)).collect();
     let height = columns.iter().map(Vec::len).max().unwrap_or(0);
@@ -186,7 +186,7 @@ fn row(cells: &[impl AsRef<str>], widths: &[usize]) -> String {
     (0..height).map(line).collect()
 }
 
-/// The text in lines no longer than the width, words broken only where they alone are longer.
+/// The text wrapped to the width; only words longer than the width are broken.
 fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for (gap, word) in words(text) {
@@ -201,7 +201,7 @@ fn wrapped(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// The words and what stands before them on a line; of two that a dash joins the first ends with it.
+/// The words, each with the separator before it; the first of two words joined by a dash includes the dash.
 fn words(text: &str) -> impl Iterator<Item = (&str, &str)> {
     let joined = |words| std::iter::once(" ").chain(std::iter::repeat("")).zip(words);
     text.split_whitespace().flat_map(move |words: &str| joined(words.split_inclusive(DASH)))
@@ -211,7 +211,7 @@ fn longest_word(text: &str) -> usize {
     words(text).map(|(_, word)| length(word)).max().unwrap_or(0)
 }
 
-/// Characters of the text, each taken to be one column wide.
+/// Number of characters of the text; each is assumed to be one column wide.
 fn length(text: &str) -> usize {
     text.chars().count()
 }

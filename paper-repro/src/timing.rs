@@ -1,4 +1,4 @@
-//! How long a simulation, a gradient by the adjoint and one by complex step take.
+//! Run times of a simulation, of a gradient by the adjoint and of a gradient by complex step.
 
 use std::time::Duration;
 
@@ -13,7 +13,7 @@ const PAPER_ADJOINT: f64 = 0.35;
 /// T_complex of the paper, s.
 const PAPER_COMPLEX: f64 = 150.0;
 
-/// Times by the stopwatch, s.
+/// Measured times, s.
 #[derive(Clone, Copy, Debug)]
 pub struct Timing {
     pub forward: f64,
@@ -23,7 +23,7 @@ pub struct Timing {
     pub complex_step: f64,
 }
 
-/// Measures on one thread, memory allocated and caches warm.
+/// Measures on one thread with allocated memory and warm caches.
 pub fn measure(system: &System, inputs: &Inputs, controls: &[Input]) -> Result<Timing, Error> {
     let mut jobs: [Job; 3] = [
         simulation(system, inputs),
@@ -35,19 +35,19 @@ pub fn measure(system: &System, inputs: &Inputs, controls: &[Input]) -> Result<T
     Ok(Timing { forward, value_and_gradient, complex_step })
 }
 
-/// The times beside those of the paper, which no claim can fail: they are another computer's.
+/// The times beside those of the paper. No claim can fail, because the paper's times are from another computer.
 pub fn claims(timing: &Timing) -> Vec<Row> {
     let faster = |paper: f64, ours: f64| format!("{ours:.2e} s, {:.0} times faster", paper / ours);
     let row = |what: &str, paper: String, ours: String, verdict| Row::new("Timing", what, paper, ours, verdict);
     let (adjoint, complex) = (timing.value_and_gradient, timing.complex_step);
     let (ratio, paper_ratio) = (complex / adjoint, PAPER_COMPLEX / PAPER_ADJOINT);
-    let words = format!("{ratio:.0}: the adjoint is far cheaper here too, by another factor");
+    let words = format!("{ratio:.0}: the adjoint is far cheaper here too, but by a different factor");
     let (slow, fast) = (faster(PAPER_COMPLEX, complex), faster(PAPER_ADJOINT, adjoint));
     vec![
         row("one simulation", "not stated".into(), format!("{:.2e} s", timing.forward), Verdict::NotStated),
         row("value and gradient by the adjoint", format!("{PAPER_ADJOINT} s"), fast, Verdict::Differs),
         row("gradient by complex step", format!("{PAPER_COMPLEX} s"), slow, Verdict::Differs),
-        // A simulation for each of the 101 controls against about two in all.
+        // Complex step needs a simulation for each of the 101 controls, the adjoint the time of about two in all.
         row(
             "complex step over adjoint",
             format!("{paper_ratio:.0}"),

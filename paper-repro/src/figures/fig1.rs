@@ -17,7 +17,7 @@ const ANGLES: [f64; 3] = [-0.19 * TAU, -0.09 * TAU, -0.16 * TAU];
 
 /// The width in points.
 const WIDTH: f64 = 700.0;
-/// The link that carries the dimension, or the only one.
+/// The link with the dimension line, or the only link.
 const DIMENSIONED: usize = 1;
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
@@ -70,7 +70,7 @@ fn text(at: Point, words: &str, side: Side) -> Series {
     Series::shape("text", vec![at], colour::BLACK, Style::Line, 0.0).noted(words, at, (0.0, 0.0), side)
 }
 
-/// The length below the link.
+/// The dimension line below the link.
 fn dimension(hinge: Point, tip: Point, length: f64) -> [Series; 2] {
     const AWAY: f64 = 0.14;
     let (across, up) = (AWAY * (tip.1 - hinge.1), -AWAY * (tip.0 - hinge.0));

@@ -9,16 +9,16 @@ use crate::plot::{Axis, Chart, Panels, Series, Style, colour};
 use crate::statistics::{largest, range};
 use crate::table::{Row, Verdict};
 
-/// Pictures, the first with the cart at its right-most position.
+/// Number of pictures; the first shows the cart at its rightmost position.
 const FRAMES: usize = 4;
-/// When that is in the paper, s, and how near counts as the same: two nodes.
+/// Time of this position in the paper, s, and the accepted deviation: two nodes.
 pub const PAPER_RIGHTMOST: f64 = 1.26;
 pub const NEAR: f64 = 0.04;
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let optimum = experiment.optimum()?;
     let pictures: Vec<Chart> = frames(optimum).map(|node| picture(experiment, optimum, node)).collect();
-    // The same stretch of the plane in all pictures, with some room around what is shown.
+    // All pictures show the same region of the plane, with a margin around the mechanism.
     let points = || pictures.iter().flat_map(|picture| &picture.series).flat_map(|shape| &shape.points);
     let extents = [range(points().map(|point| point.0)), range(points().map(|point| point.1))];
     let room = 0.06 * extents.map(|(low, high)| high - low).into_iter().fold(0.0, f64::max);
@@ -32,7 +32,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     Ok(claims(experiment, optimum))
 }
 
-/// Nodes from the right-most position on, evenly spaced, the last before the end; from the start on where the cart is right-most at the end.
+/// Evenly spaced nodes from the rightmost position on, the last before the end; from the start if the cart is rightmost at the end.
 fn frames(optimum: &Optimum) -> impl Iterator<Item = usize> {
     let (rightmost, end) = (optimum.cart_rightmost(), optimum.motion.last());
     let first = if rightmost + FRAMES > end { 0 } else { rightmost };
@@ -55,7 +55,7 @@ fn picture(experiment: &Experiment, optimum: &Optimum, node: usize) -> Chart {
     Chart { title: format!("t = {:.2} s", motion.times[node]), series, ..Chart::default() }
 }
 
-/// The way of the chain's free end up to the node.
+/// The path of the chain's free end up to the node.
 fn last_tips(experiment: &Experiment, optimum: &Optimum, node: usize) -> Vec<(f64, f64)> {
     let (q, length) = (&optimum.motion.q, experiment.settings.length);
     let last = q.nrows() - 3;
@@ -69,15 +69,12 @@ fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Row> {
     let example = experiment.settings.example();
     let end = optimum.motion.q.column(optimum.motion.last());
     let worst = largest((1..=example.links).map(|j| end[3 * j + 2] - example.target_angle));
-    let rightmost = (
-        "time of the cart's right-most position, to two nodes",
-        format!("{PAPER_RIGHTMOST} s"),
-        format!("{time:.2} s{why}"),
-    );
+    let rightmost =
+        ("time of the cart's rightmost position, to two nodes", format!("{PAPER_RIGHTMOST} s"), format!("{time:.2} s{why}"));
     let upright = format!("largest |φ_j − π/2| = {worst:.1e} rad");
     vec![
         Row::new("Fig. 2", rightmost.0, rightmost.1, rightmost.2, Verdict::reproduced_if(same)),
-        // A hundredth of a radian cannot be seen.
+        // A deviation of a hundredth of a radian is not visible.
         Row::new("Fig. 2", "final position", "all links upright", upright, Verdict::reproduced_if(worst < 0.01)),
     ]
 }

@@ -11,11 +11,11 @@ use crate::table::{Row, Verdict};
 
 /// J at u = 10 N with the usual assumptions, from 128-bit arithmetic.
 const REFERENCE: f64 = 15.18353832472497;
-/// Where the paper's curve starts, read from its axis.
+/// Initial value of the paper's curve, read from its axis.
 const PAPER_START: f64 = 15.0;
-/// What counts as close to zero.
+/// Largest cost that counts as close to zero.
 const ZERO: f64 = 1e-3;
-/// Iterations after which the paper's cost is there.
+/// Iterations after which the paper's cost is close to zero.
 const PAPER_ITERATIONS: u32 = 300;
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
@@ -43,7 +43,7 @@ fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Row> {
     let (start, end, made) = (&optimum.history[0], optimum.end(), optimum.iterations());
     let below = optimum.first_below(1e-10).map_or("never".to_owned(), |i| format!("after {i} iterations"));
     let at_start = rounded(start.cost);
-    // Fewer than asked for look like a failure, or like success, unless it is said why there are no more.
+    // If fewer iterations were made than requested, the text states the reason.
     let ended = if made < experiment.settings.iterations as usize {
         ", after which no step of the line search lowers J"
     } else {
@@ -59,7 +59,7 @@ fn claims(experiment: &Experiment, optimum: &Optimum) -> Vec<Row> {
     ]
 }
 
-/// With the usual assumptions the value is known to all digits; with others the paper's axis is all there is.
+/// With the default assumptions the value is known to all digits; with others only the paper's axis can be compared.
 fn start_verdict(experiment: &Experiment, cost: f64) -> Verdict {
     let exact = (cost - REFERENCE).abs() <= 1e-9;
     if experiment.settings.usual_mechanism() && !exact {
@@ -69,7 +69,7 @@ fn start_verdict(experiment: &Experiment, cost: f64) -> Verdict {
     }
 }
 
-/// With all assumptions as usual and the paper's iterations the descent must succeed; with others it may end elsewhere.
+/// With the default assumptions and the paper's number of iterations the descent must succeed; otherwise it may end elsewhere.
 fn end_verdict(experiment: &Experiment, cost: f64) -> Verdict {
     let settings = &experiment.settings;
     let must = settings.usual_mechanism() && settings.search == LineSearch::USUAL && settings.iterations >= PAPER_ITERATIONS;

@@ -1,4 +1,4 @@
-//! Fig. 4: how well the starting iteration keeps its constraints.
+//! Fig. 4: constraint violations of the starting iteration.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::table::{Row, Verdict};
 
 pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     let violations = experiment.violations()?;
-    // Node 0 is where the motion was put: nothing was integrated yet.
+    // Node 0 is the given start, where no integration error exists yet.
     let series =
         |name: &str, values: &[f64], colour| Series::over(&violations.times[1..], &values[1..], name, colour, Style::Line);
     let chart = Chart {
@@ -27,11 +27,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
                 colour::GREEN,
             ),
         ],
-        caption: experiment.settings.caption(
-            4,
-            " for the starting iteration; node 0, where nothing was integrated yet, is left out",
-            false,
-        ),
+        caption: experiment.settings.caption(4, " for the starting iteration; node 0, the given start, is omitted", false),
         ..Chart::default()
     };
     chart.save(stem)?;
@@ -61,16 +57,16 @@ fn claims(violations: &Violations) -> Vec<Row> {
         Row::new(
             "Fig. 4",
             "acceleration level ‖d²Φ/dt²‖∞",
-            "curve only; not stated where the accelerations are from",
+            "curve only; the source of the accelerations is not stated",
             format!("median {half:.1e}, at most {most:.1e}, with accelerations by the trapezoidal rule from the velocities"),
             Verdict::Assumed,
         ),
     ]
 }
 
-/// The median must lie in the paper's range, single nodes no further from it than a factor of 5.
+/// The median must lie in the paper's range; single nodes may deviate from it by at most a factor of 5.
 ///
-/// The drift follows from the step length, but also from assumed parameters: leaving the range is no failure.
+/// The drift depends on the step length and on assumed parameters, so values outside the range are not a failure.
 fn position_verdict(median: f64, largest: f64) -> Verdict {
     match median {
         _ if largest > 1e-2 || largest.is_nan() => Verdict::Failed,

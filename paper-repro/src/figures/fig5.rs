@@ -24,7 +24,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         series: series.collect(),
         caption: experiment.settings.caption(
             5,
-            ": the first iterations with less than a quarter and a hundredth of J, and the last",
+            ": the start, the first iterations at which J is below 1/4 and 1/100 of its initial value, and the last iteration",
             true,
         ),
         ..Chart::default()
@@ -33,7 +33,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
     Ok(claims(optimum))
 }
 
-/// The start, the first iterates with less than a quarter and less than a hundredth of its cost, and the end.
+/// The start, the first iterates whose cost is below 1/4 and 1/100 of the initial cost, and the end.
 fn snapshots(optimum: &Optimum) -> Vec<usize> {
     let (start, end) = (optimum.history[0].cost, optimum.history.len() - 1);
     let first_below = |share: f64| optimum.first_below(share * start).unwrap_or(end);

@@ -21,7 +21,7 @@ pub fn draw(experiment: &Experiment, stem: &Path) -> Result<Vec<Row>, Error> {
         size: (700.0, 290.0),
         caption: experiment.settings.caption(
             6,
-            "; below, the absolute difference, where the paper has one relative to the gradient",
+            "; below, the absolute difference (in the paper, it is relative to the gradient)",
             false,
         ),
         ..Chart::default()
@@ -46,15 +46,15 @@ fn claims(gradients: &Gradients, times: &[f64]) -> Vec<Row> {
             "largest difference of the gradients, relative to the gradient at that time",
             "0.5 %, at t = 0.52 s",
             format!(
-                "{pointwise:.1e}, at t = {time:.2} s, where the gradient is {share:.0e} of its largest: only rounding, \
+                "{pointwise:.1e}, at t = {time:.2} s, where the gradient is {share:.0e} of its largest value: only rounding, \
                  so neither the scheme nor its adjoint accounts for 0.5 %"
             ),
-            // Rounding, enlarged where the gradient passes through zero.
+            // Rounding, magnified because the gradient passes through zero.
             if pointwise < 1e-6 { Verdict::Differs } else { Verdict::Failed },
         ),
         Row::new(
             "Fig. 6",
-            "the same, relative to the largest gradient",
+            "largest difference of the gradients, relative to the largest gradient",
             "curves only",
             format!("{error:.1e}"),
             if error < 1e-10 { Verdict::Reproduced } else { Verdict::Failed },

@@ -1,4 +1,4 @@
-//! The figures of the paper; each draws its files and returns what it has to say beside the paper.
+//! The figures of the paper; each module draws its files and returns the rows that compare it with the paper.
 
 pub mod fig1;
 pub mod fig2;
@@ -11,15 +11,15 @@ use nalgebra::DVectorView;
 
 use crate::plot::{Colour, Point, Series, Side, Style};
 
-/// Width and height of the cart in link lengths; the paper gives neither.
+/// Width and height of the cart in link lengths; the paper states neither.
 const CART: (f64, f64) = (0.5, 0.25);
 
-/// A cost as figures and the table give it; all its digits are in summary.json.
+/// A rounded cost for figures and the table; summary.json contains all digits.
 fn rounded(cost: f64) -> String {
     if cost < 1e-3 { format!("{cost:.1e}") } else { format!("{cost:.3}") }
 }
 
-/// A series over the nodes that says, beside one of its points, why its first one stands apart.
+/// A series over the nodes with a note beside one of its points that explains the deviation of the first one.
 fn with_kink(series: Series, beside: usize) -> Series {
     let at = series.points[beside];
     series.noted("u₀ acts over half a step", at, (9.0, 0.0), Side::Left)
@@ -48,7 +48,7 @@ fn hinge(at: Point, colour: Colour) -> Series {
     Series::shape("hinge", vec![at], colour, Style::Circles, 1.25)
 }
 
-/// The way that a point has gone, or a line to measure from.
+/// The path of a point, or an auxiliary line for dimensions.
 fn trail(points: Vec<Point>, colour: Colour) -> Series {
     Series::shape("trail", points, colour, Style::Dashed, 0.75)
 }

@@ -16,7 +16,7 @@ fn finding(place: &str, printed: &str, corrected: &str, errors: [[f64; 2]; 2], w
     Finding::new(place, status, printed, corrected, errors, words)
 }
 
-/// A slip in a sentence or an index: nothing to evaluate.
+/// A misprint in a sentence or an index, which cannot be evaluated.
 fn slip(place: &str, printed: &str, corrected: &str, words: &str) -> Finding {
     Finding::new(place, Verdict::Misprinted, printed, corrected, [[f64::NAN; 2]; 2], words)
 }

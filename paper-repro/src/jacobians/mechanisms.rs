@@ -1,4 +1,4 @@
-//! Two mechanisms on which the printed blocks are tried, and the motions they are tried along.
+//! Two mechanisms, with motions, on which the printed blocks are tested.
 
 use hamiltonian_adjoint::element::{CostPoint, ForcePoint, Sum};
 use hamiltonian_adjoint::planar::Body;
@@ -30,7 +30,7 @@ impl Moving {
     }
 }
 
-/// h = ½ b u²: a running cost with a design parameter in it.
+/// h = ½ b u²: a running cost with a design parameter.
 struct Effort;
 
 impl Cost<0, 0, 1, 1> for Effort {
@@ -41,7 +41,7 @@ impl Cost<0, 0, 1, 1> for Effort {
 
 /// The paper's class, with constant M: a cart with two links, and a damper to the ground, so that Q_v depends on q.
 ///
-/// The one design parameter, the damping, also weighs the effort.
+/// The only design parameter, the damping, is also the weight of the effort.
 pub fn constant_mass() -> Result<Moving, Error> {
     let example = CartPendulum { gravity: GRAVITY, rail_friction: 0.0, hinge_friction: 0.0, ..CartPendulum::with_links(2) };
     let CartScene { mut scene, force, links, .. } = example.mechanism();
@@ -76,12 +76,12 @@ pub fn double_pendulum_force_q(q: &DVector<f64>, v: &DVector<f64>, gamma: f64) -
     DMatrix::from_row_slice(2, 2, &[friction - 2.0 * GRAVITY * q[0].cos(), 0.0, 0.0, -GRAVITY * q[1].cos()])
 }
 
-/// Q_v of the same.
+/// Q_v of the double pendulum by hand.
 pub fn double_pendulum_force_v(q: &DVector<f64>) -> DMatrix<f64> {
     DMatrix::from_row_slice(2, 2, &[-0.1 * (q[0].cos() + 2.0), 0.0, 0.0, 0.0])
 }
 
-/// A mass matrix that depends on q: outside the paper's examples, inside its Eq. (1).
+/// A mass matrix that depends on q: not among the paper's examples, but covered by its Eq. (1).
 pub fn variable_mass() -> Result<Moving, Error> {
     let mut scene = Scene::new();
     let q = scene.coordinates("pendulum", ["φ1", "φ2"]);
@@ -95,7 +95,7 @@ pub fn variable_mass() -> Result<Moving, Error> {
     Moving::new(scene.compile()?, Some((q, v)))
 }
 
-/// −T_q, to take it away from Eq. (1b).
+/// −T_q, which removes T_q from Eq. (1b).
 struct WithoutTq;
 
 impl Force<2> for WithoutTq {

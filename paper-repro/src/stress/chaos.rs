@@ -1,4 +1,4 @@
-//! A chaotic triple pendulum: what a gradient means there, and how many of its digits are right.
+//! A chaotic triple pendulum: the meaning of its gradient, and the number of correct digits.
 
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, System, gradient, simulate};
 
@@ -12,7 +12,7 @@ use crate::mechanisms as scenes;
 use crate::statistics::{largest, relative_difference};
 
 const DT: f64 = 0.01;
-/// Rounding of a step, gathered over some hundred; a motion amplifies it as it does all changes of its state.
+/// Rounding error accumulated over some hundred steps; a motion amplifies it like any change of the state.
 const ROUNDING: f64 = 1e-13;
 
 pub fn trials(short: bool) -> Vec<Trial> {
@@ -36,7 +36,7 @@ pub fn trials(short: bool) -> Vec<Trial> {
     ]
 }
 
-/// Released at rest, stretched out along the x axis.
+/// Released from rest, stretched out along the x axis.
 fn pendulum() -> Result<Mechanism, Error> {
     scenes::chain(Units::SI, &[1.0; 3], 0.0, 0.0)
 }
@@ -45,7 +45,7 @@ fn released(system: &System, steps: usize) -> Inputs {
     Inputs::at_rest(system, Grid::uniform(steps, DT))
 }
 
-/// `paper-repro/references/triple_pendulum.py` made the reference.
+/// The reference was computed by `paper-repro/references/triple_pendulum.py`.
 fn against_forty_digits() -> Result<Vec<Measure>, Error> {
     let file: serde_json::Value =
         serde_json::from_str(include_str!("../../references/triple_pendulum.json")).expect("a reference file");
@@ -57,7 +57,7 @@ fn against_forty_digits() -> Result<Vec<Measure>, Error> {
     let inputs = released(&mechanism.system, 500);
     let motion = solver.simulate(&inputs)?;
     let angles: Vec<f64> = (0..3).map(|k| motion.q[(mechanism.angle(k), 500)]).collect();
-    // Momenta hold σ, which grows with the weight, and are rounded as it is.
+    // Momenta contain σ, which grows under the weight, and have its rounding errors.
     let largest_multiplier = motion.sigma.amax();
     let gradient = solver.gradient()?;
     let nodes = list("nodes").into_iter().map(|i| gradient.controls[(0, i as usize)]).collect::<Vec<f64>>();
@@ -73,8 +73,8 @@ fn against_forty_digits() -> Result<Vec<Measure>, Error> {
     ])
 }
 
-/// The adjoint is the derivative of the motion that was computed, however large it becomes. Rounding moves that motion by ε A, A being its
-/// amplification, and a derivative of size A changes by A² with it: of its digits twice as many are lost as of the motion's.
+/// The adjoint is the derivative of the computed motion, regardless of its size. Rounding changes this motion by ε A with the amplification
+/// A, and a derivative of size A then changes by ε A²: it loses twice as many digits as the motion.
 fn horizons(name: &str, settings: Settings) -> Result<Found, Error> {
     let mechanism = pendulum()?;
     let (mut points, mut shares, mut sizes) = (Vec::new(), Vec::new(), Vec::new());
@@ -93,16 +93,16 @@ fn horizons(name: &str, settings: Settings) -> Result<Found, Error> {
         measures: vec![
             Measure::at_most("gradient error over 1e-12 |σ, p*| (|δq|/|δv₀|)²", largest(&shares), 1.0),
             Measure::reported("gradient error after 5 s", points[2].1),
-            Measure::reported("after 10 s", points[4].1),
+            Measure::reported("gradient error after 10 s", points[4].1),
             Measure::reported("|dJ/du| after 5 s", sizes[2]),
-            Measure::reported("after 10 s", sizes[4]),
+            Measure::reported("|dJ/du| after 10 s", sizes[4]),
         ],
         curves: vec![curve],
         ..Found::default()
     })
 }
 
-/// The energy error is bounded, or, where σ grows without bound, grows like the error Δt² σ of a step does.
+/// The energy error is bounded or, if σ grows without bound, grows like the error Δt² σ of a step.
 fn energy(name: &str, steps: usize, settings: Settings) -> Result<Found, Error> {
     let mechanism = pendulum()?;
     let mut multipliers = Vec::with_capacity(steps + 1);
@@ -111,7 +111,7 @@ fn energy(name: &str, steps: usize, settings: Settings) -> Result<Found, Error> 
             multipliers.push(largest(at.sigma));
             mechanism.energy(at.q, at.v)
         });
-    // What the weight does when three rods fall from the side to the bottom.
+    // Work of the weight when three rods fall from horizontal to vertical.
     let unit = 9.81 * 4.5;
     let shown = envelope(&points).into_iter().map(|(t, error)| (t, error / unit)).collect();
     let curve = Curve { of: Quantity::Energy, over_time: true, name: name.into(), points: shown };
@@ -148,7 +148,7 @@ mod tests {
 
     #[test]
     fn a_start_that_fails_is_told() {
-        // No iterate is as exact as that.
+        // No iterate satisfies this tolerance.
         let found = energy("", 10, Settings { velocity_tolerance: -1.0, ..Settings::default() }).expect("a scene");
         assert!(found.stopped.is_some());
     }

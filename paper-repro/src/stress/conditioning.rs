@@ -1,4 +1,4 @@
-//! How many digits the linear solves keep, and how the adjoint grows.
+//! Digits lost in linear solves, and growth of the adjoint.
 
 use hamiltonian_adjoint::{Error, Settings, Solver, System};
 
@@ -20,14 +20,14 @@ pub fn trials(short: bool) -> Vec<Trial> {
         pivot("cart with 300 links", 1e-3, || scenes::paper_cart(300)),
         pivot("slider-crank", 0.02, || Ok(scenes::crank()?.system)),
         pivot("parallelogram", 0.02, || Ok(scenes::parallelogram(2, -1.2)?.system)),
-        pivot("chain, masses 1 : 1e8 in turns", 1e-10, || {
+        pivot("chain, alternating masses 1 : 1e8", 1e-10, || {
             Ok(scenes::chain(Units::SI, &[1.0, 1e8, 1.0, 1e8, 1.0], -1.0, 0.0)?.system)
         }),
         Trial::new(format!("adjoint of a damped chain, {steps} steps back"), move || adjoint_growth(steps)),
     ]
 }
 
-/// A stable motion has a bounded adjoint: σ's adjoint e and c, d against what they are at the end.
+/// A stable motion has a bounded adjoint: the adjoint variables are compared with their values at the end.
 fn adjoint_growth(steps: usize) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::chain(Units::SI, &[1.0, 0.8, 0.6], -1.5, 0.5)?;
     let settings = Settings { keep_adjoint: true, ..Settings::default() };
@@ -41,7 +41,7 @@ fn adjoint_growth(steps: usize) -> Result<Vec<Measure>, Error> {
         w.b.columns(1, steps - window).amax() / late
     });
     Ok(vec![
-        Measure::at_most("largest b before the last tenth over that in it", growth, 1.0),
+        Measure::at_most("largest b before the last tenth of the motion over the largest in it", growth, 1.0),
         Measure::between("pivot over its summands", pivot, (0.01, 1.0)),
     ])
 }

@@ -1,4 +1,4 @@
-//! What a motion keeps: energy, momenta, and the balance of power.
+//! Conserved quantities: energy, momenta, and the balance of power.
 
 use hamiltonian_adjoint::{Error, Settings, Start, System};
 use nalgebra::DVector;
@@ -12,7 +12,7 @@ use crate::assembly::{Mechanism, Units};
 use crate::by_hand::DoublePendulum;
 use crate::mechanisms as scenes;
 
-/// The order of the rule, as far as two step lengths show it.
+/// Accepted range of the order two, estimated from two step lengths.
 const SECOND: (f64, f64) = (1.9, 2.1);
 
 pub fn trials(short: bool) -> Vec<Trial> {
@@ -42,8 +42,8 @@ pub fn trials(short: bool) -> Vec<Trial> {
         let what = named("momenta of free hinged pairs on springs", how);
         trials.push(trial(what, Box::new(move |steps| Ok(momenta(steps, settings)?.into()))));
     }
-    trials.push(Trial::new("work of motor and friction against the energy of a chain", power));
-    trials.push(Trial::new("energy of three scenes over Δt", energy_over_step));
+    trials.push(Trial::new("balance of the energy of a chain with the work of motor and friction", power));
+    trials.push(Trial::new("energy of three scenes as a function of Δt", energy_over_step));
     trials
 }
 
@@ -51,9 +51,9 @@ type Build = fn() -> Result<Mechanism, Error>;
 
 const SWINGING: [(&str, Build); 2] = [("chain of three", scenes::swinging_chain), ("slider-crank", scenes::crank)];
 
-/// What is done at nodes, the settings that ask for it, and a step length at which energies are judged. A slider-crank that is rebased
-/// once in a second is judged at 5 ms: at 10 ms ¼ Δt² σ Φ_qqq v is a tenth of M, the middle of σ and the motion disturb each other chaotically, and
-/// starts that are 1e-13 rad apart end with energies that are off by anything between 0.01 and 0.05.
+/// Treatment at nodes, its settings, and the step length at which energies are judged. A slider-crank that is rebased once per second is
+/// judged at 5 ms: at 10 ms ¼ Δt² σ Φ_qqq v is a tenth of M, the mean of σ and the motion disturb each other chaotically, and
+/// starts that are 1e-13 rad apart end with energy errors between 0.01 and 0.05.
 fn ways() -> [(&'static str, Settings, f64); 5] {
     [
         ("", Settings::default(), 0.01),
@@ -64,15 +64,15 @@ fn ways() -> [(&'static str, Settings, f64); 5] {
     ]
 }
 
-/// What is done, in the words of a row.
+/// Name of the treatment in a row.
 fn named(what: &str, how: &str) -> String {
     if how.is_empty() { what.into() } else { format!("{what}, {how}") }
 }
 
-/// By how much the energy error may grow from the first tenth to the last, and its order. Bounded is the error of a symmetric rule; where σ
-/// begins anew now and then, the middle of σ may wander, and what is made of it, Δt² σ, (Δt² σ)², …, with it. A projection that follows
-/// a step, and not half of it the step before, is not symmetric to O(Δt⁴): an error Δt³ t besides. Without either σ grows in proportion
-/// to time, and with it the error.
+/// Permitted growth of the energy error from the first tenth to the last, and its order. The error of a symmetric rule is bounded. If σ is
+/// reset from time to time, its mean may drift, and with it the error terms Δt² σ, (Δt² σ)², …. A projection that takes place entirely
+/// after a step, not half before and half after, is not symmetric to O(Δt⁴) and adds an error Δt³ t. Without either, σ and the error grow
+/// in proportion to time.
 fn theory(settings: Settings) -> (f64, Measured) {
     match settings.rebase_every {
         1 => (BOUNDED, |order| Measure::between("order", order, SECOND)),
@@ -84,7 +84,7 @@ fn theory(settings: Settings) -> (f64, Measured) {
 
 type Measured = fn(f64) -> Measure;
 
-/// What is judged of the energies at a step length and at half of it, relative to the work of 1 kg that falls by 1 m.
+/// Measures of the energies at a step length and at half of it, relative to the work of 1 kg that falls by 1 m.
 fn energy(name: &str, (growth, order): (f64, Measured), run: impl Fn(usize) -> Record) -> Result<Found, Error> {
     let (coarse, fine) = (run(1), run(2));
     let most = |record: &Record| deviation(&record.points, (0.0, 1.0));
@@ -116,8 +116,8 @@ fn minimal(steps: usize) -> Result<Found, Error> {
     })
 }
 
-/// Linear momentum is linear in the state, and kept to rounding. Angular momentum is quadratic, which the trapezoidal rule, other than the
-/// midpoint rule, keeps to O(Δt²) only: its order is judged, over 1 s, for the pairs on their springs do not repeat themselves.
+/// Linear momentum is linear in the state and conserved to rounding. Angular momentum is quadratic; the trapezoidal rule, unlike the
+/// midpoint rule, conserves it to O(Δt²) only. Its order is judged over 1 s, because the pairs on springs do not move periodically.
 fn momenta(steps: usize, settings: Settings) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::free_pairs()?;
     let n = mechanism.system.n();
@@ -137,14 +137,18 @@ fn momenta(steps: usize, settings: Settings) -> Result<Vec<Measure>, Error> {
     let most = |part: &[(f64, f64)]| deviation(part, (0.0, 1.0));
     let order = (most(&coarse[2]) / most(&fine[2])).log2();
     Ok(vec![
-        Measure::at_most("linear [N s]", most(&all[0]).max(most(&all[1])), 1e-16 * steps as f64),
-        Measure::between("order of the angular, a quadratic invariant kept to O(Δt²) only, over 1 s", order, SECOND),
-        Measure::reported("angular over 1 s at 1 ms [N m s]", most(&coarse[2])),
-        Measure::reported("over all steps at 10 ms", most(&all[2])),
+        Measure::at_most("linear momentum [N s]", most(&all[0]).max(most(&all[1])), 1e-16 * steps as f64),
+        Measure::between(
+            "order of the angular momentum over 1 s (a quadratic invariant, conserved to O(Δt²) only)",
+            order,
+            SECOND,
+        ),
+        Measure::reported("angular momentum over 1 s at 1 ms [N m s]", most(&coarse[2])),
+        Measure::reported("angular momentum over all steps at 10 ms", most(&all[2])),
     ])
 }
 
-/// E − E_0 = ∫ (u φ̇ − c φ̇²) dt, the integral by the trapezoidal rule.
+/// E − E_0 = ∫ (u φ̇ − c φ̇²) dt; the integral is computed by the trapezoidal rule.
 fn power() -> Result<Vec<Measure>, Error> {
     const FRICTION: f64 = 0.3;
     let torque = |t: f64| 4.0 * (3.0 * t).sin();

@@ -1,4 +1,4 @@
-//! How far positions drift from their constraints: velocities satisfy dΦ/dt = 0 exactly, positions follow by quadrature or by projection.
+//! Drift of positions from their constraints: velocities satisfy dΦ/dt = 0 exactly, positions follow by quadrature or by projection.
 
 use std::time::Instant;
 
@@ -17,15 +17,15 @@ const MOVING: &str = "paper's cart, kept moving";
 type Build = fn() -> Result<System, Error>;
 type Control = fn(f64) -> f64;
 
-/// By how much violations may grow, last half over first. In proportion to time it would be 2, as a random walk 1.4; the first half may miss the
-/// largest swings of a motion. What repeats itself, and is symmetric in time, undoes its errors.
+/// Permitted growth of violations, last half over first. Linear growth would yield 2, a random walk 1.4; the first half may miss the largest
+/// swings of a motion. In a periodic motion that is symmetric in time the errors cancel.
 const REPEATED: f64 = 1.7;
-/// A motion that is driven and braked need not: Φ is the sum of the errors, O(Δt³) each, of the quadrature of dΦ/dt.
+/// In a driven and damped motion they need not cancel: Φ is the sum of the errors, O(Δt³) each, of the quadrature of dΦ/dt.
 const DRIVEN: f64 = 2.5;
 
 pub fn trials(short: bool) -> Vec<Trial> {
     let (steps, many) = if short { (10_000, 100_000) } else { (100_000, 1_000_000) };
-    let mut trials = vec![Trial::new("paper's cart, 2 s, over Δt", over_step)];
+    let mut trials = vec![Trial::new("paper's cart, 2 s, as a function of Δt", over_step)];
     let moving: [(&str, Build, Control, f64); 2] = [
         (MOVING, || scenes::paper_cart(3), |t| 5.0 * (2.2 * t).sin(), DRIVEN),
         ("slider-crank without friction", || Ok(scenes::crank()?.system), |_| 0.0, REPEATED),
@@ -48,12 +48,13 @@ pub fn trials(short: bool) -> Vec<Trial> {
         trials.push(trial(", rebased at every 100th node", rebased(100), steps, Some(most)));
         trials.push(trial(", projected at every node", projected(), many, None));
     }
-    trials.push(Trial::new("gradient of the paper's cart, 100 steps, projected and rebased, over Δt", gradients));
+    trials
+        .push(Trial::new("gradient of the paper's cart, 100 steps, projected and rebased, as a function of Δt", gradients));
     trials.push(Trial::new("cost of projection at every node, paper's cart, 10000 steps", cost));
     trials
 }
 
-/// The largest violation, at the first node too.
+/// The largest violation, including that at the first node.
 fn most(record: &[(f64, f64)]) -> f64 {
     largest(record.iter().map(|point| point.1))
 }
@@ -70,7 +71,7 @@ fn over_step() -> Result<Found, Error> {
     let (plain, rebased, projected) = (violations(Settings::default())?, violations(rebased(1))?, violations(projected())?);
     let order = |points: &[(f64, f64)]| (points[4].1 / points[5].1).log2();
     Ok(Found {
-        // The paper's Fig. 4 has 3e-4 m at its largest.
+        // The largest value in the paper's Fig. 4 is 3e-4 m.
         measures: vec![
             Measure::at_most("‖Φ‖ at the paper's 0.02 s", plain[1].1, 3.5e-4),
             Measure::between("order", order(&plain), (1.9, 2.1)),
@@ -86,24 +87,24 @@ fn over_step() -> Result<Found, Error> {
 
 fn found(name: &str, Record { points, warnings, stopped }: Record, judged: Measure) -> Found {
     let curve = Curve { of: Quantity::Drift, over_time: true, name: in_figures(name), points: envelope(&points) };
-    let told = Measure::reported("‖Φ‖ in the first hundredth", deviation(&points, (0.0, 0.01)));
+    let told = Measure::reported("‖Φ‖ in the first hundredth of the motion", deviation(&points, (0.0, 0.01)));
     Found {
-        measures: vec![told, Measure::reported("‖Φ‖ in all", most(&points)), judged],
+        measures: vec![told, Measure::reported("‖Φ‖ over the whole motion", most(&points)), judged],
         curves: vec![curve],
         warnings,
         stopped,
     }
 }
 
-/// Violations that may grow so much.
+/// Result for violations that may grow by the given factor.
 fn growth(name: &str, march: &March, most: f64) -> Found {
     let record = march.violations();
     let growth = last_over_first(&record.points, 0.5);
     found(name, record, Measure::at_most("last half over first", growth, most))
 }
 
-/// Constraints that are satisfied at every node: a projection ends when no coordinate changes by more than 1e-15 ‖q‖ = 4.5 ε ‖q‖, three of them
-/// are in an equation, and its evaluation rounds as often.
+/// Constraints satisfied at every node: a projection ends when no coordinate changes by more than 1e-15 ‖q‖ = 4.5 ε ‖q‖; an equation
+/// contains three coordinates, and its evaluation has as many rounding errors.
 fn rounding(name: &str, march: &March) -> Found {
     let mut place = 0.0f64;
     let record = march.record(|at| {
@@ -134,7 +135,7 @@ fn gradients() -> Result<Found, Error> {
     })
 }
 
-/// What projection adds, by counters and by the clock; only that it does not change the number of Newton's iterations much is judged.
+/// Cost of projection, by counters and by time; only the number of restarts is judged.
 fn cost() -> Result<Vec<Measure>, Error> {
     let system = scenes::paper_cart(3)?;
     let run = |settings| -> Result<(Report, f64), Error> {
@@ -146,9 +147,12 @@ fn cost() -> Result<Vec<Measure>, Error> {
     let ratio = |of: fn(&Report) -> usize| of(&projected) as f64 / of(&plain) as f64;
     Ok(vec![
         Measure::between("restarts per step", projected.restarts as f64 / 1e4, (0.5, 1.0)),
-        Measure::reported("factorisations, over those without", ratio(|report| report.factorisations)),
-        Measure::reported("Newton iterations", ratio(|report| report.newton_iterations)),
-        Measure::reported("element evaluations", ratio(|report| report.element_evaluations + report.sine_evaluations)),
+        Measure::reported("factorisations relative to those without projection", ratio(|report| report.factorisations)),
+        Measure::reported("Newton iterations, relative", ratio(|report| report.newton_iterations)),
+        Measure::reported(
+            "element evaluations, relative",
+            ratio(|report| report.element_evaluations + report.sine_evaluations),
+        ),
         Measure::reported("time", time / plain_time),
     ])
 }

@@ -13,13 +13,13 @@ use crate::assembly::Units;
 use crate::mechanisms::{self as scenes, Pull};
 use crate::statistics::{largest, relative_difference};
 
-/// What an exact gradient may differ from complex step where nothing is extreme.
+/// Permitted difference of an exact gradient from complex step in ordinary cases.
 const EXACT: f64 = 1e-12;
 
 pub fn trials(short: bool) -> Vec<Trial> {
     let mut trials = Vec::new();
     for ratio in [1e-8, 1e-4, 1e4, 1e8] {
-        trials.push(Trial::new(format!("chain of five, masses 1 : {ratio:.0e} in turns"), move || mass_ratio(ratio)));
+        trials.push(Trial::new(format!("chain of five, alternating masses 1 : {ratio:.0e}"), move || mass_ratio(ratio)));
     }
     trials.push(Trial::new("chain, middle link of 1e-12 kg", || light_middle(1e-12)));
     trials.push(
@@ -57,7 +57,7 @@ fn mass_ratio(ratio: f64) -> Result<Vec<Measure>, Error> {
         gradient_error(&chain.system, &shaken(&chain.system, 100, 0.01, 5.0), Settings::default(), 12)
     };
     let (light_inside, light_outside) = (of([1.0, ratio, 1.0, ratio, 1.0])?, of([ratio, 1.0, ratio, 1.0, ratio])?);
-    // Velocities are eliminated before multipliers, so as many digits go as the ratio has.
+    // Velocities are eliminated before multipliers, so as many digits are lost as the ratio has.
     let bound = 100.0 * f64::EPSILON * ratio.max(1.0 / ratio);
     Ok(vec![Measure::at_most("gradient error", light_inside.max(light_outside), bound)])
 }
@@ -76,7 +76,7 @@ fn massless_coordinate() -> Result<Vec<Measure>, Error> {
     Ok(vec![Measure::at_most("gradient error", error, EXACT)])
 }
 
-/// The rule keeps the energy of a linear oscillator exactly, whatever the step.
+/// The rule conserves the energy of a linear oscillator exactly for any step length.
 fn stiff_oscillator(pull: Pull, potential: f64) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::oscillator(pull, 0.0)?;
     let energy = |at: &State| mechanism.energy(at.q, at.v) + 0.5 * potential * (at.q[0] - 1.0) * (at.q[0] - 1.0);
@@ -86,22 +86,22 @@ fn stiff_oscillator(pull: Pull, potential: f64) -> Result<Vec<Measure>, Error> {
     Ok(vec![Measure::at_most("energy error", energy, 1e-8), Measure::at_most("gradient error", error, 1e-9)])
 }
 
-/// The spring starts without stretch, so that all its oscillation is what the weight excites.
+/// The spring starts unstretched, so that only the weight excites its oscillation.
 fn stiff_pendulum(stiffness: f64, dt: f64) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::spring_pendulum(stiffness)?;
     let steps = (10.0 / dt) as usize;
     let record = March::new(&mechanism.system, steps, dt).record(|at| mechanism.energy(at.q, at.v)).complete()?;
-    // What the weight does over 1 m.
+    // Work of the weight over 1 m.
     let energy = deviation(&record, (0.0, 1.0)) / 9.81;
     let error = gradient_error(&mechanism.system, &shaken(&mechanism.system, 100, dt, 1.0), Settings::default(), 12)?;
-    // The spring's length of 1 m has an ulp in each of 100 steps, and its force is what it is stretched by under the weight.
+    // The spring's length of 1 m is rounded by an ulp in each of 100 steps; the reference is its stretch under the weight.
     let rounding = f64::EPSILON * stiffness / 9.81;
     Ok(vec![Measure::at_most("energy error", energy, 0.1), Measure::at_most("gradient error", error, 100.0 * rounding)])
 }
 
-/// Beyond Δt ω = 2 the spring's force changes its sign at each node, and what is left of its oscillation is a beat of 4/(Δt² ω). Here that is
-/// 0.4 rad/s, slower than the rod, which turns the spring and so feeds the oscillation; at Δt = 0.002 s it is 10 rad/s, and does not.
-/// The energy must be kept until the report says that steps are rough, and it must say so.
+/// Beyond Δt ω = 2 the spring's force changes its sign at each node, and its oscillation appears as a beat of frequency 4/(Δt² ω). Here
+/// this is 0.4 rad/s, slower than the rod, which rotates the spring and thus excites the oscillation; at Δt = 0.002 s it is 10 rad/s and
+/// the oscillation is not excited. The energy must be conserved until the report warns of rough steps, and it must warn.
 fn too_stiff_pendulum() -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::spring_pendulum(1e10)?;
     let mut record = Vec::new();
@@ -109,8 +109,8 @@ fn too_stiff_pendulum() -> Result<Vec<Measure>, Error> {
     let first = rough_step(&report);
     let told = if first.is_finite() { first as usize } else { record.len() };
     Ok(vec![
-        Measure::at_most("energy error until told", deviation(&record[..told], (0.0, 1.0)) / 9.81, 0.1),
-        Measure::between("first step told to be rough", first, (1.0, 1000.0)),
+        Measure::at_most("energy error until the warning", deviation(&record[..told], (0.0, 1.0)) / 9.81, 0.1),
+        Measure::between("first step reported as rough", first, (1.0, 1000.0)),
         Measure::reported("energy error at the end", deviation(&record, (0.0, 1.0)) / 9.81),
     ])
 }
@@ -133,8 +133,8 @@ fn damped(exponent: i32) -> Result<Vec<Measure>, Error> {
     Ok(vec![
         Measure::at_most("velocity error", worst, 1e-12),
         Measure::at_most("error of dJ/du, dJ/dq₀", largest([controls, start]), EXACT),
-        // The derivative itself vanishes, as a difference of numbers that do not.
-        Measure::reported("of dJ/dv₀", rate),
+        // The derivative is nearly zero as the difference of numbers that are not.
+        Measure::reported("error of dJ/dv₀", rate),
     ])
 }
 
@@ -148,7 +148,7 @@ fn step_lengths(short: bool) -> Result<Found, Error> {
     Ok(Found { measures: vec![Measure::at_most("gradient error", worst, EXACT)], curves: vec![curve], ..Found::default() })
 }
 
-/// The same motion, but for the rounding of angles: 1e6 rad have an ulp of 1e-10 rad.
+/// Both motions are equal except for the rounding of angles: the ulp at 1e6 rad is 1e-10 rad.
 fn large_angles() -> Result<Vec<Measure>, Error> {
     let revolutions = 159_155.0 * TAU;
     let run = |turned: f64| {
@@ -169,7 +169,7 @@ fn large_angles() -> Result<Vec<Measure>, Error> {
     let (near, far) = (run(0.0)?, run(revolutions)?);
     Ok(vec![
         Measure::at_most("change of J", ((far.value - near.value) / near.value).abs(), 1e-8),
-        Measure::at_most("of dJ/du", relative_difference(far.controls.as_slice(), near.controls.as_slice()), 1e-8),
-        Measure::at_most("of dJ/dΔt", relative_difference(&far.steps, &near.steps), 1e-8),
+        Measure::at_most("change of dJ/du", relative_difference(far.controls.as_slice(), near.controls.as_slice()), 1e-8),
+        Measure::at_most("change of dJ/dΔt", relative_difference(&far.steps, &near.steps), 1e-8),
     ])
 }

@@ -10,7 +10,7 @@ use crate::statistics::distinct;
 /// The size of one of three panels side by side.
 const PANEL: (f64, f64) = (430.0, 480.0);
 
-/// An error that says no more than that a motion is no motion.
+/// Larger errors are not shown: the motion is meaningless.
 const BEYOND: f64 = 1e2;
 
 const PANELS: [(Quantity, &str, &str); 3] = [
@@ -41,7 +41,7 @@ pub fn draw(curves: &[Curve], folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// The curves of a panel, behind them what their colours and styles mean.
+/// The curves of a panel, followed by samples that explain their colours and styles.
 fn series<'a>(curves: impl Iterator<Item = &'a Curve>, mechanisms: &[&str]) -> Vec<Series> {
     const COLOURS: [Colour; 6] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE, colour::BLACK];
     let (mut known, mut used) = (Vec::new(), Vec::new());
@@ -62,12 +62,12 @@ fn series<'a>(curves: impl Iterator<Item = &'a Curve>, mechanisms: &[&str]) -> V
     all
 }
 
-/// The name up to the comma.
+/// The part of the name before the first comma.
 fn mechanism(curve: &Curve) -> &str {
     curve.name.split(", ").next().unwrap_or(&curve.name)
 }
 
-/// What is done at nodes, by its place among the treatments: the name behind the comma.
+/// Index of the treatment at nodes, which is named after the last comma.
 fn treatment(curve: &Curve) -> usize {
     let last = curve.name.rsplit(", ").next();
     TREATMENTS.iter().position(|(name, _)| last == Some(name)).unwrap_or(0)

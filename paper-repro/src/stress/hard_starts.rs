@@ -14,12 +14,19 @@ pub fn trials() -> Vec<Trial> {
     let over = |dt: f64| ((2.0 / dt) as usize, dt);
     let swing_up = |dt: f64| cart(format!("cart, u = 10 N, Δt = {dt} s for 2 s"), 3, over(dt), |_| 10.0, many);
     let jumps = |force: f64, dt: f64| {
-        cart(format!("cart, u = ±{force:e} N in turns of 5 steps, Δt = {dt} s for 2 s"), 3, over(dt), turns(force), many)
+        cart(
+            format!("cart, u = ±{force:e} N with a change of sign every 5 steps, Δt = {dt} s for 2 s"),
+            3,
+            over(dt),
+            turns(force),
+            many,
+        )
     };
     let links = |links: usize, dt: f64| {
         cart(format!("cart with {links} links, u = 10 N, Δt = {dt} s, 100 steps"), links, (100, dt), |_| 10.0, few)
     };
-    let unresolved = "cart, u = ±1e4 N in turns of 5 steps, Δt = 0.02 s for 2 s: not resolved, with a warning";
+    let unresolved =
+        "cart, u = ±1e4 N with a change of sign every 5 steps, Δt = 0.02 s for 2 s: not resolved, with a warning";
     let heavy = "cart with 1000 links, u = 10 N, Δt = 0.01 s, 100 steps: not resolved, with a warning";
     vec![
         swing_up(0.1),
@@ -38,7 +45,7 @@ pub fn trials() -> Vec<Trial> {
     ]
 }
 
-/// The cart with so many links under this force in each step, from rest.
+/// The cart with the given number of links, started from rest, with the given force in each step.
 fn cart(
     tried: String,
     links: usize,
@@ -55,12 +62,12 @@ fn cart(
     Trial::new(tried, run).or_refused(TOO_LONG, motion_has_no_solution)
 }
 
-/// There and back, five steps each.
+/// A force that changes its sign every five steps.
 fn turns(force: f64) -> impl Fn(usize) -> f64 {
     move |i| if (i / 5).is_multiple_of(2) { force } else { -force }
 }
 
-/// Six easy steps, two that must be halved, and one more: the warning says where, and the gradient is that of the grid that was taken.
+/// Six easy steps, two that must be halved, and one more: the warning states the step, and the gradient is that of the grid used.
 fn halved() -> Result<Vec<Measure>, Error> {
     let (system, inputs) = scenes::sled(&[Sum::Trapezoidal])?;
     let mut solver = Solver::new(&system, Settings::default());
@@ -75,7 +82,7 @@ fn halved() -> Result<Vec<Measure>, Error> {
     ])
 }
 
-/// Of the motion, not of a complex step through it.
+/// The warnings of the motion, not of a complex step through it.
 fn motion_has_no_solution(error: &Error) -> bool {
     matches!(error, Error::Newton { equation, .. } if !equation.contains("complex"))
 }
@@ -99,8 +106,8 @@ fn judged(system: &System, inputs: &Inputs, samples: usize) -> Result<Vec<Measur
     ])
 }
 
-/// From 1.9 s on the first guess is none, and the equations of a step have other solutions than the motion, with other energies; the error of the
-/// one that is meant falls with the order of the rule.
+/// From 1.9 s on the initial guess is useless, and the equations of a step have further solutions with other energies; the error of the
+/// intended one falls with the order of the rule.
 fn spun_up() -> Result<Vec<Measure>, Error> {
     const TORQUE: f64 = 3.0;
     let mechanism = scenes::crank()?;
@@ -120,11 +127,11 @@ fn spun_up() -> Result<Vec<Measure>, Error> {
     Ok(vec![
         Measure::reported("imbalance over the work done", long),
         Measure::between("order in Δt", (long / short).log2(), (1.7, 2.3)),
-        Measure::between("first step told to be rough", rough, (90.0, 100.0)),
+        Measure::between("first step reported as rough", rough, (90.0, 100.0)),
     ])
 }
 
-/// The first step that was halved, how many nodes were inserted and the shortest part, as the report says.
+/// The first halved step, the number of inserted nodes and the shortest part, according to the report.
 fn halving(report: &Report) -> (f64, f64, f64) {
     let found = report.warnings.iter().find_map(|warning| match warning {
         Warning::HalvedSteps { step, inserted, shortest, .. } => Some((*step as f64, *inserted as f64, *shortest)),
@@ -133,7 +140,7 @@ fn halving(report: &Report) -> (f64, f64, f64) {
     found.unwrap_or((f64::NAN, 0.0, f64::NAN))
 }
 
-/// The first step that the report says to be rough.
+/// The first step that the report calls rough.
 pub fn rough_step(report: &Report) -> f64 {
     let steps = report.warnings.iter().filter_map(|warning| match warning {
         Warning::Rough { step, .. } => Some(*step as f64),
@@ -142,8 +149,8 @@ pub fn rough_step(report: &Report) -> f64 {
     steps.fold(f64::NAN, f64::min)
 }
 
-/// A force that adds 200 m/s in each step, in turns: after 2 s angles turn by 1e6 rad and more in each, whose sines have few digits, and no
-/// derivative has any. The report must say so, if it is not an error.
+/// A force that changes the velocity by ±200 m/s in each step: after 2 s angles turn by 1e6 rad and more per step, so their sines have few
+/// correct digits and derivatives have none. The result must be a warning or an error.
 fn far_too_long(system: &System, inputs: &Inputs) -> Result<Vec<Measure>, Error> {
     let mut solver = Solver::new(system, Settings::default());
     solver.simulate(inputs)?;
@@ -152,12 +159,12 @@ fn far_too_long(system: &System, inputs: &Inputs) -> Result<Vec<Measure>, Error>
         _ => None,
     });
     Ok(vec![
-        Measure::between("turn in one step, told by the report [rad]", turn.unwrap_or(0.0), (Warning::TURN, f64::MAX)),
+        Measure::between("turn in one step, according to the report [rad]", turn.unwrap_or(0.0), (Warning::TURN, f64::MAX)),
         Measure::reported("largest v", solver.trajectory().v.amax()),
     ])
 }
 
-/// The links at the top carry 3.9 kN: Δt² λ = m L there, and multipliers and links jump from node to node. The report must say so.
+/// The links at the top carry 3.9 kN, so Δt² λ = m L, and multipliers and links jump from node to node. The report must warn of this.
 fn heavy_chain(system: &System, inputs: &Inputs) -> Result<Vec<Measure>, Error> {
     let mut solver = Solver::new(system, Settings::default());
     solver.simulate(inputs)?;

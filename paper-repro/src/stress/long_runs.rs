@@ -1,4 +1,4 @@
-//! A million steps: what rebasing, projection and checkpoints are for.
+//! A million steps: effects of rebasing, projection and checkpoints.
 
 use std::time::Instant;
 
@@ -9,11 +9,11 @@ use super::row::{Found, Measure, Trial};
 use crate::mechanisms as scenes;
 use crate::statistics::{largest, relative_difference};
 
-/// How often the cart is rebased.
+/// Number of steps between resets of σ of the cart.
 const EVERY: usize = 100;
-/// What a gradient of a million steps may take.
+/// Permitted memory for a gradient of a million steps.
 const BYTES: usize = 96_000_000;
-/// What the whole process may take, in MB.
+/// Permitted peak memory of the whole process, in MB.
 const MOST: f64 = 256.0;
 
 pub fn trials(short: bool) -> Vec<Trial> {
@@ -23,8 +23,11 @@ pub fn trials(short: bool) -> Vec<Trial> {
     };
     vec![
         Trial::new(format!("paper's cart, hanging, rebased at every {EVERY}th node, {steps} steps"), move || cart(steps)),
-        Trial::new(format!("its gradient within 96 MB, {steps} steps"), move || gradient(steps)),
-        Trial::new("its gradient within 2 MB against the stored one, 20000 steps", against_stored),
+        Trial::new(format!("gradient of the paper's cart within 96 MB, {steps} steps"), move || gradient(steps)),
+        Trial::new(
+            "gradient of the paper's cart within 2 MB, compared with that of the stored motion, 20000 steps",
+            against_stored,
+        ),
         Trial::new(format!("chain under its weight, {steps} steps"), move || multipliers(steps))
             .or_refused(GROWS, no_solution),
         energy("rebased at every node", rebased(1), BOUNDED),
@@ -37,9 +40,9 @@ fn hanging(system: &System, steps: usize) -> March<'_> {
     March { control: |t| 0.2 * (1.3 * t).sin(), settings: rebased(EVERY), ..March::new(system, steps, 0.005) }
 }
 
-/// Momenta hold what the weight has done since the last restart only, and a million steps later velocities have the digits that they had: of
-/// M v = p* − Φ_qᵀσ the right side is rounded to ε |σ|, whatever v is, so that dΦ/dt is zero to some ε |σ| (1/m + l²/(4 J)), what an impulse
-/// does to the end of a link: there are two links in an equation and two impulses on each.
+/// Momenta contain only the impulse of the weight since the last restart, so velocities are as accurate after a million steps as at the
+/// start. The right-hand side of M v = p* − Φ_qᵀσ is rounded to ε |σ| for any v, so dΦ/dt vanishes up to some ε |σ| (1/m + l²/(4 J)), the
+/// effect of an impulse on the end of a link: an equation involves two links with two impulses each.
 fn cart(steps: usize) -> Result<Vec<Measure>, Error> {
     let system = scenes::paper_cart(3)?;
     let march = hanging(&system, steps);
@@ -56,10 +59,10 @@ fn cart(steps: usize) -> Result<Vec<Measure>, Error> {
     let weight = 9.81 * (0.8 + 3.0 * 0.4) * EVERY as f64 * march.dt;
     Ok(vec![
         Measure::at_most("|σ| over the weight's impulse between restarts", sigma / weight, 1.1),
-        Measure::at_most("|p*| over it", p_star / weight, 1.1),
+        Measure::at_most("|p*| over the weight's impulse between restarts", p_star / weight, 1.1),
         Measure::at_most("‖dΦ/dt‖ over ε |σ| (1/m + l²/(4 J))", largest(rates) / rounding, 4.0),
         Measure::reported("‖dΦ/dt‖/‖v‖", largest(rates) / speed),
-        Measure::at_most("its last tenth over its first", rates[9] / rates[0], 1.5),
+        Measure::at_most("‖dΦ/dt‖, last tenth over first", rates[9] / rates[0], 1.5),
         Measure::between("largest swing [rad]", swing, (1e-3, 0.5)),
     ])
 }
@@ -85,7 +88,7 @@ fn gradient(steps: usize) -> Result<Found, Error> {
     Ok(measures.into())
 }
 
-/// The most resident memory that this process ever had, in MB, where the system tells.
+/// Peak resident memory of this process in MB, if the system reports it.
 fn peak() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -115,7 +118,7 @@ fn against_stored() -> Result<Vec<Measure>, Error> {
     ])
 }
 
-/// |σ| grows as the weight that the hinges carry, g t (1 + 0.8 + 0.6), and nothing else grows with it.
+/// |σ| grows like the impulse of the weight on the hinges, g t (1 + 0.8 + 0.6); nothing else may grow.
 fn multipliers(steps: usize) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::swinging_chain()?;
     let march = March::new(&mechanism.system, steps, 0.01);
@@ -128,11 +131,11 @@ fn multipliers(steps: usize) -> Result<Vec<Measure>, Error> {
     Ok(vec![
         Measure::between("|σ| over the impulse of the weight", sigma / (9.81 * 2.4 * 0.01 * steps as f64), (0.9, 1.2)),
         Measure::at_most("‖dΦ/dt‖/‖v‖", rate / speed, 1e-10),
-        Measure::reported("the same in the first 2000 steps", early / speed),
+        Measure::reported("‖dΦ/dt‖/‖v‖ in the first 2000 steps", early / speed),
     ])
 }
 
-/// What remains when multipliers do not grow; by how much it may grow follows from how symmetric restarts are.
+/// Energy error if multipliers do not grow; its permitted growth follows from the symmetry of the restarts.
 fn energy(steps: usize, settings: Settings, most: f64) -> Result<Vec<Measure>, Error> {
     let mechanism = scenes::swinging_chain()?;
     let march = March { settings, ..March::new(&mechanism.system, steps, 0.01) };

@@ -1,4 +1,4 @@
-//! Motions of any length, and how exact their gradients are.
+//! Motions of any length, and errors of their gradients.
 
 use hamiltonian_adjoint::check::{Input, complex_step, direct_differentiation};
 use hamiltonian_adjoint::{
@@ -9,15 +9,15 @@ use nalgebra::{DMatrix, DVector};
 use crate::mechanisms as scenes;
 use crate::statistics::largest;
 
-/// Bytes for a motion that is shown and forgotten: inputs of two million steps and a window.
+/// Bytes for a motion that is not stored: inputs of two million steps and a window.
 const MEMORY: usize = 80_000_000;
 
-/// The multipliers begin anew at nodes whose numbers are multiples of this.
+/// The multipliers are reset at nodes whose numbers are multiples of this.
 pub fn rebased(rebase_every: usize) -> Settings {
     Settings { rebase_every, ..Settings::default() }
 }
 
-/// For steps that are so many times shorter: what is not done at every node is done at the same times.
+/// Settings for steps that are shorter by this factor: treatments that do not apply to every node apply at the same times.
 pub fn refined(settings: Settings, by: usize) -> Settings {
     match settings.rebase_every {
         0 | 1 => settings,
@@ -25,22 +25,22 @@ pub fn refined(settings: Settings, by: usize) -> Settings {
     }
 }
 
-/// Position constraints are satisfied again at every node.
+/// Position constraints are satisfied at every node by projection.
 pub fn projected() -> Settings {
     Settings { drift_bound: 0.0, ..Settings::default() }
 }
 
-/// A bounded error is in the last tenth of a motion what it was in the first, …
+/// Permitted growth of the error, last tenth over first, if it is bounded, …
 pub const BOUNDED: f64 = 1.25;
-/// that of a motion that is rebased at every tenth or hundredth node four times that, for σ is ½ R at most if it is in the middle of its range R,
-/// and 2 R where restarts put it there again, …
+/// four times as much if the motion is rebased at every tenth or hundredth node, because σ is at most ½ R in the middle of its range R
+/// and 2 R when it is reset, …
 pub const WANDERS: f64 = 4.0;
-/// … and one that grows in proportion to time ten times that.
+/// … and ten times as much if it grows in proportion to time.
 pub const IN_PROPORTION: f64 = 10.0 * BOUNDED;
 
-/// What σ does to a motion that is never rebased: it grows like ∫λ dt, the error of a step like Δt² σ, …
+/// Effect of σ on a motion that is never rebased: σ grows like ∫λ dt, the error of a step like Δt² σ, …
 pub const GROWS: &str = "multipliers have grown until a step has no solution";
-/// … and if steps have solutions all the same, positions come apart.
+/// … and if steps still have solutions, positions drift.
 pub const APART: &str = "positions have drifted from their constraints";
 
 /// A step without a solution.
@@ -51,7 +51,7 @@ pub fn no_solution(error: &Error) -> bool {
     )
 }
 
-/// Positions that have drifted.
+/// True if the warning reports drifted positions.
 pub fn drifted(warning: &Warning) -> bool {
     matches!(warning, Warning::Drift { .. })
 }
@@ -97,14 +97,14 @@ impl<'a> March<'a> {
         (solver.report().clone(), result)
     }
 
-    /// A number of each node and its time, up to where a step has no solution.
+    /// A value and the time of each node, up to a step without a solution.
     pub fn record(&self, mut number: impl FnMut(&State) -> f64) -> Record {
         let mut points: Vec<(f64, f64)> = Vec::with_capacity(self.steps + 1);
         let (report, result) = self.attempt(|state| points.push((state.time, number(state))));
         Record { points, warnings: report.warnings, stopped: result.err() }
     }
 
-    /// ‖Φ‖∞ of each node and its time, up to where a step has no solution.
+    /// ‖Φ‖∞ and the time of each node, up to a step without a solution.
     pub fn violations(&self) -> Record {
         self.record(|at| mechanics(self.system, at).phi().amax())
     }
@@ -115,7 +115,7 @@ pub fn mechanics<'s>(system: &'s System, at: &State) -> Mechanics<'s> {
     Mechanics::new(system, at.q, at.v).and_then(|here| here.at_time(at.time)).expect("a state of this scene")
 }
 
-/// A number over time, what the report warned of, and why it ends early if it does.
+/// A value over time, the warnings of the report, and the error if the motion ended early.
 #[derive(Default)]
 pub struct Record {
     pub points: Vec<(f64, f64)>,
@@ -129,7 +129,7 @@ impl Record {
     }
 }
 
-/// The largest |deviation| from the first value, so far, at up to a hundred places.
+/// Running maximum of the |deviation| from the first value, at up to a hundred nodes.
 pub fn envelope(record: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let start = record.first().map_or(0.0, |first| first.1);
     let stride = record.len().div_ceil(100).max(1);
@@ -141,7 +141,7 @@ pub fn envelope(record: &[(f64, f64)]) -> Vec<(f64, f64)> {
     so_far.filter(|(time, _)| *time > 0.0).collect()
 }
 
-/// The largest |deviation| from the first value among the nodes of these shares of the record; 0 if it has none.
+/// The largest |deviation| from the first value among the nodes of the given fractions of the record; 0 if there are none.
 pub fn deviation(record: &[(f64, f64)], (from, to): (f64, f64)) -> f64 {
     let at = |share: f64| (share * record.len() as f64) as usize;
     let start = record.first().map_or(0.0, |first| first.1);
@@ -153,7 +153,7 @@ pub fn last_over_first(record: &[(f64, f64)], share: f64) -> f64 {
     deviation(record, (1.0 - share, 1.0)) / deviation(record, (0.0, share))
 }
 
-/// At rest, all controls this wave of an amplitude.
+/// Start at rest; all controls are this wave with the given amplitude.
 pub fn shaken(system: &System, steps: usize, dt: f64, amplitude: f64) -> Inputs {
     let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, dt));
     let nodes = inputs.controls.ncols();
@@ -173,7 +173,7 @@ pub const RATES: Kind = |input| matches!(input, Input::Rate(_));
 pub const STEPS: Kind = |input| matches!(input, Input::Step(_));
 
 /// The relative differences of the adjoint from complex step with respect to inputs of these kinds, each relative to the largest derivative
-/// of its kind; of each kind up to `most` inputs are looked at.
+/// of its kind; up to `most` inputs of each kind are compared.
 pub fn gradient_errors<const K: usize>(
     system: &System,
     inputs: &Inputs,
@@ -196,14 +196,14 @@ pub fn gradient_errors<const K: usize>(
     Ok(errors)
 }
 
-/// The worst of all kinds.
+/// The largest difference of all kinds.
 pub fn gradient_error(system: &System, inputs: &Inputs, settings: Settings, most: usize) -> Result<f64, Error> {
     let kinds = [CONTROLS, DESIGN, COORDINATES, RATES, STEPS];
     Ok(largest(gradient_errors(system, inputs, settings, most, kinds)?))
 }
 
-/// The worst of the kinds that leave all constraints satisfied: controls, p*₀ and steps. Constraints that depend on each other, or are about
-/// to, contradict each other when q₀ is changed.
+/// The largest difference of the kinds that keep all constraints satisfied: controls, p*₀ and steps. Constraints that are dependent, or
+/// nearly so, contradict each other when q₀ is changed.
 pub fn gradient_error_on_constraints(system: &System, inputs: &Inputs, most: usize) -> Result<f64, Error> {
     let start = match &inputs.start {
         Start::Velocity { q, .. } => Start::Momentum { q: q.clone(), p_star: DVector::zeros(system.n()) },
@@ -213,16 +213,16 @@ pub fn gradient_error_on_constraints(system: &System, inputs: &Inputs, most: usi
     Ok(largest(gradient_errors(system, &inputs, Settings::default(), most, [CONTROLS, RATES, STEPS])?))
 }
 
-/// Of the paper's cart under 10 N with steps of this length, 100 of them or 2 s, beyond which the motion is chaotic.
+/// Gradient error of the paper's cart under 10 N for this step length, over 100 steps or 2 s, because later the motion is chaotic.
 pub fn gradient_error_of_cart(dt: f64, settings: Settings) -> Result<f64, Error> {
     let system = scenes::paper_cart(3)?;
     let march = March { control: |_| 10.0, ..March::new(&system, ((2.0 / dt) as usize).min(100), dt) };
     gradient_error(&system, &march.inputs(), settings, 12)
 }
 
-/// By how much a motion amplifies a change of its start: the largest |δq| that follows from one in all v₀ or p*₀ of size 1.
+/// Amplification of a change of the start: the largest |δq| caused by a change of size 1 in all v₀ or p*₀.
 ///
-/// Rounding is amplified alike, and two computations of one motion, or of its gradient, cannot agree better.
+/// Rounding errors are amplified alike, so two computations of one motion or its gradient cannot agree better.
 pub fn amplification(system: &System, inputs: &Inputs) -> Result<f64, Error> {
     let mut direction = inputs.no_change();
     direction.start.rate_mut().fill(1.0);

@@ -9,7 +9,7 @@ use crate::assembly::{GROUND, Mechanism};
 use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
 
-/// What a compliance of 1e-11 may change, and what an exact gradient may differ from complex step through it.
+/// Permitted effect of a compliance of 1e-11, and permitted difference of an exact gradient from complex step with it.
 const SAME: f64 = 1e-9;
 
 pub fn trials() -> Vec<Trial> {
@@ -43,7 +43,7 @@ pub fn trials() -> Vec<Trial> {
                 assembly.scene.revolute("hinge 3", a, b);
             })
         }),
-        refused("two drives of one angle that come apart", ["first drive", "second drive"], || {
+        refused("two drives of one angle that diverge", ["first drive", "second drive"], || {
             scenes::elbow(|assembly, [upper, _]| {
                 for (name, amplitude) in [("first drive", 0.3), ("second drive", 0.301)] {
                     let (ground, upper) = (assembly.frame(GROUND), assembly.frame(upper));
@@ -55,12 +55,12 @@ pub fn trials() -> Vec<Trial> {
     ]
 }
 
-/// A motion, its gradient, and what the run says about them.
+/// A motion, its gradient, and the report of the run.
 struct Run {
     q: Vec<f64>,
     gradient: Vec<f64>,
     multiplier: f64,
-    /// How many equations the warning names.
+    /// Number of equations that the warning names.
     named: usize,
 }
 
@@ -76,7 +76,7 @@ fn run(mechanism: &Mechanism) -> Result<Run, Error> {
     Ok(Run { q, gradient, multiplier, named: solver.report().warnings.iter().map(of).sum() })
 }
 
-/// Both have the same coordinates, controls and cost.
+/// Both scenes have the same coordinates, controls and cost.
 fn compare(redundant: &Mechanism, independent: &Mechanism, named: f64) -> Result<Vec<Measure>, Error> {
     let (expected, found) = (run(independent)?, run(redundant)?);
     let error = gradient_error_on_constraints(&redundant.system, &shaken(&redundant.system, 40, 0.005, 5.0), 12)?;
@@ -84,8 +84,8 @@ fn compare(redundant: &Mechanism, independent: &Mechanism, named: f64) -> Result
         Measure::at_most("motion", relative_difference(&found.q, &expected.q), SAME),
         Measure::at_most("gradient", relative_difference(&found.gradient, &expected.gradient), SAME),
         Measure::at_most("gradient error", error, SAME),
-        Measure::at_most("|σ| over that without", found.multiplier / expected.multiplier, 3.0),
+        Measure::at_most("|σ| over that without redundancy", found.multiplier / expected.multiplier, 3.0),
         Measure::between("equations that the warning names", found.named as f64, (named, named)),
-        Measure::at_most("without redundancy", expected.named as f64, 0.0),
+        Measure::at_most("equations that it names without redundancy", expected.named as f64, 0.0),
     ])
 }

@@ -1,4 +1,4 @@
-//! A row of the report: what is tried, what was measured against which bounds, and the verdict.
+//! A row of the report: the trial, the measured numbers with their bounds, and the verdict.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Instant;
@@ -9,7 +9,7 @@ use serde_json::json;
 
 use crate::table::{Row, Verdict};
 
-/// A number and the bounds it must keep, none if it is only reported.
+/// A number and its bounds, `None` if it is only reported.
 #[derive(Clone, Debug, Serialize)]
 pub struct Measure {
     what: String,
@@ -40,7 +40,7 @@ impl Measure {
         self.least.is_some() || self.most.is_some()
     }
 
-    /// Within the bounds, which NaN never is.
+    /// True if the value is within the bounds; false for NaN.
     fn holds(&self) -> bool {
         let above = self.least.is_none_or(|least| self.value >= least);
         !self.is_judged() || (above && self.most.is_none_or(|most| self.value <= most))
@@ -64,7 +64,7 @@ impl Measure {
     }
 }
 
-/// What a figure's curve shows.
+/// Quantity that a curve of a figure shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Quantity {
@@ -82,7 +82,7 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// What a trial found, and what the report warned of; if it was stopped, the curves up to there.
+/// Result of a trial and warnings of the report; if an error stopped it, the curves up to that point.
 #[derive(Default)]
 pub struct Found {
     pub measures: Vec<Measure>,
@@ -97,44 +97,44 @@ impl From<Vec<Measure>> for Found {
     }
 }
 
-/// Errors that are an answer, and why.
+/// Errors that are an acceptable result, with the reason.
 struct Refusal {
     why: &'static str,
     is: Box<dyn Fn(&Error) -> bool>,
-    /// Nothing else is an answer.
+    /// True if only this error is acceptable.
     must: bool,
 }
 
-/// Whether a warning is an answer.
+/// True if a warning is an acceptable result.
 type Warns = fn(&Warning) -> bool;
 
-/// Something to be tried.
+/// One trial of the report.
 pub struct Trial {
     group: &'static str,
     tried: String,
     refusal: Option<Refusal>,
-    /// Warnings that are an answer where numbers are out of their bounds, and why.
+    /// Warnings that are an acceptable result if numbers exceed their bounds, with the reason.
     warning: Option<(&'static str, Warns)>,
     run: Box<dyn Fn() -> Result<Found, Error>>,
 }
 
 impl Trial {
-    /// What `run` finds is judged, be it with curves for the figures ([`Found`]) or measures alone.
+    /// A trial that judges the result of `run`: measures alone, or with curves for the figures ([`Found`]).
     pub fn new<F: Into<Found>>(tried: impl Into<String>, run: impl Fn() -> Result<F, Error> + 'static) -> Self {
         Trial { group: "", tried: tried.into(), refusal: None, warning: None, run: Box::new(move || run().map(F::into)) }
     }
 
-    /// Such an error of the library is an answer too, for this reason.
+    /// Such an error of the library is also acceptable, for the given reason.
     pub fn or_refused(self, why: &'static str, is: impl Fn(&Error) -> bool + 'static) -> Self {
         Trial { refusal: Some(Refusal { why, is: Box::new(is), must: false }), ..self }
     }
 
-    /// Such an error of the library, for this reason, is the only answer.
+    /// Only such an error of the library is acceptable, for the given reason.
     pub fn must_refuse(self, why: &'static str, is: impl Fn(&Error) -> bool + 'static) -> Self {
         Trial { refusal: Some(Refusal { why, is: Box::new(is), must: true }), ..self }
     }
 
-    /// Where bounds are passed, such a warning in the library's report is an answer too, for this reason.
+    /// If bounds are exceeded, such a warning in the library's report is also acceptable, for the given reason.
     pub fn or_warned(self, why: &'static str, is: Warns) -> Self {
         Trial { warning: Some((why, is)), ..self }
     }
@@ -143,12 +143,12 @@ impl Trial {
         Trial { group, ..self }
     }
 
-    /// Group and what is tried.
+    /// Group and name of the trial.
     pub fn name(&self) -> String {
         format!("{}: {}", self.group, self.tried)
     }
 
-    /// Tries it. A panic is caught: it is a failure of this row, not of the report.
+    /// Runs the trial. A panic is caught: this row fails, the report continues.
     pub fn judge(&self) -> (Row, Vec<Curve>) {
         let start = Instant::now();
         let stopped_by = |error| Found { stopped: Some(error), ..Found::default() };
@@ -165,7 +165,7 @@ impl Trial {
         (Row { more, ..Row::new(self.group, &self.tried, self.expected(expected), got, verdict) }, curves)
     }
 
-    /// What must be measured, what was, and the verdict.
+    /// The expected and the measured numbers, and the verdict.
     fn measured(&self, measures: &[Measure], warnings: &[Warning]) -> (String, String, Verdict) {
         let expected: Vec<String> = measures.iter().filter_map(Measure::expected).collect();
         let got = measures.iter().map(Measure::got).collect::<Vec<_>>().join(", ");
@@ -180,7 +180,7 @@ impl Trial {
         (expected.join(", "), got, verdict)
     }
 
-    /// The same where an error stopped it.
+    /// The expected and the actual result, and the verdict, of a trial that an error stopped.
     fn stopped(&self, error: &Error) -> (String, String, Verdict) {
         match &self.refusal {
             Some(refusal) if (refusal.is)(error) => (String::new(), error.to_string(), Verdict::Refused),
@@ -188,7 +188,7 @@ impl Trial {
         }
     }
 
-    /// What must be measured, and what else is an answer.
+    /// The expected numbers, with the acceptable errors and warnings.
     fn expected(&self, measured: String) -> String {
         let expected = match &self.refusal {
             Some(Refusal { why, must, .. }) if *must || measured.is_empty() => return format!("an error: {why}"),

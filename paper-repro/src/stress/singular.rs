@@ -1,4 +1,4 @@
-//! Motions through configurations where the constraints lose rank.
+//! Motions through configurations in which the constraints lose rank.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -13,7 +13,7 @@ use crate::mechanisms as scenes;
 const SINGULAR: &str = "the configuration is singular";
 const CRANK: &str = "slider-crank of equal lengths through dead centre";
 const PARALLELOGRAM: &str = "parallelogram that passes flat";
-const FOUR_BAR: &str = "four-bar of equal lengths through the meeting of its branches";
+const FOUR_BAR: &str = "four-bar of equal lengths through its branch point";
 
 pub fn trials() -> Vec<Trial> {
     type Build = fn() -> Result<Mechanism, Error>;
@@ -49,7 +49,7 @@ pub fn trials() -> Vec<Trial> {
         started("slider-crank of equal lengths, started at dead centre", || equal_slider_crank(FRAC_PI_2)),
         started("parallelogram, started flat", || scenes::parallelogram(2, 0.0)),
         started("parallelogram, started flat at half a turn", || scenes::parallelogram(2, PI)),
-        started("four-bar of equal lengths, started at the meeting of its branches", || scenes::rhombus(0.0)),
+        started("four-bar of equal lengths, started at its branch point", || scenes::rhombus(0.0)),
         through(
             "slider-crank of equal lengths, at rest 1e-6 rad beside dead centre",
             || equal_slider_crank(FRAC_PI_2 - 1e-6),
@@ -63,7 +63,7 @@ fn equal_slider_crank(angle: f64) -> Result<Mechanism, Error> {
     scenes::slider_crank(Units::SI, 0.6, 0.6, angle)
 }
 
-/// The start at which the first body turns at this speed (rad/s) and all else follows.
+/// The start at which the first body turns at this speed (rad/s); all other velocities follow.
 fn turned(mechanism: &Mechanism, speed: f64) -> Result<Start, Error> {
     let system = &mechanism.system;
     let angle = mechanism.angle(0);
@@ -75,13 +75,13 @@ fn turned(mechanism: &Mechanism, speed: f64) -> Result<Start, Error> {
     Ok(Start::Momentum { q: system.initial_coordinates(), p_star: push * (speed / response) })
 }
 
-/// 3 s that start with this.
+/// A motion of 3 s from this start.
 fn march(steps: usize, mechanism: &Mechanism, start: Start) -> March<'_> {
     March { start, ..March::new(&mechanism.system, steps, 3.0 / steps as f64) }
 }
 
-/// The rule is of order two, and where the motion is determined a singular configuration does not change that: the energy that is gone beside it
-/// falls as Δt², whatever it is, and most of it comes back.
+/// The rule has order two, and a singular configuration does not change this if the motion is determined: the energy error near the
+/// configuration falls like Δt², and most of it disappears afterwards.
 fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Vec<Measure>, Error> {
     let energies = |steps: usize| -> Result<[f64; 2], Error> {
         let of = march(steps, mechanism, start.clone()).record(|at| mechanism.energy(at.q, at.v)).complete()?;
@@ -90,13 +90,13 @@ fn passes_with_order(mechanism: &Mechanism, start: &Start) -> Result<Vec<Measure
     let [long, middle, short] = [energies(600)?, energies(1200)?, energies(2400)?];
     Ok(vec![
         Measure::between("order of the energy error", (long[0] / middle[0]).log2(), (1.9, 2.1)),
-        Measure::between("from shorter steps", (middle[0] / short[0]).log2(), (1.9, 2.1)),
+        Measure::between("order of the energy error, from shorter steps", (middle[0] / short[0]).log2(), (1.9, 2.1)),
         Measure::reported("energy error [J] at Δt = 5 ms", long[0]),
-        Measure::reported("after 3 s", long[1]),
+        Measure::reported("energy error [J] after 3 s", long[1]),
     ])
 }
 
-/// Energy kept, constraints kept.
+/// Measures of energy and constraints.
 fn passes(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
     let (mut drift, mut record) = (0.0f64, Vec::new());
     let (phi, mut least, mut most) = (mechanism.angle(0), f64::INFINITY, f64::NEG_INFINITY);
@@ -113,7 +113,7 @@ fn passes(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
     ])
 }
 
-/// A solve loses the digits of a pivot, and a derivative is the product of two.
+/// A solve loses as many digits as the pivot, and a derivative is the product of two solves.
 fn is_exact(mechanism: &Mechanism, start: Start) -> Result<Vec<Measure>, Error> {
     let march = march(600, mechanism, start);
     let pivot = march.run(|_| ())?.worst_pivot;

@@ -1,6 +1,6 @@
-//! Parts far stiffer than any step resolves: L-stable schemes forget what they did at the start, the trapezoidal rule never does.
+//! Parts far stiffer than any step resolves: L-stable schemes damp their initial deviation, the trapezoidal rule never does.
 //!
-//! Two masses of 1 kg on a line; the first hangs on a spring k, both on each other by a spring K and a damper d. What is meant is the motion of both as one,
+//! Two masses of 1 kg on a line; the first hangs on a spring k, both on each other by a spring K and a damper d. The intended motion is that of both masses as one,
 //! x = cos(√(k/2) t).
 
 use hamiltonian_adjoint::element::ForcePoint;
@@ -20,7 +20,7 @@ const STEPS: usize = 100;
 const SOFT: f64 = 40.0;
 /// The motion's largest velocity, m/s.
 pub const FAST: f64 = 4.5;
-/// How far, in m or m/s, the masses are apart at the start.
+/// Initial deviation between the masses, in m or m/s.
 const APART: f64 = 1e-3;
 
 pub fn trials() -> Vec<Trial> {
@@ -45,13 +45,13 @@ fn judged(scheme: Scheme, spring: f64, damper: f64) -> Result<Vec<Measure>, Erro
     let mean = 0.5 * (motion.q[(0, STEPS)] + motion.q[(1, STEPS)]);
     let slow = mean - (1.0 + 0.5 * APART) * ((0.5 * SOFT).sqrt() * time).cos();
     let left = largest((STEPS - 9..=STEPS).map(apart)) / APART;
-    // The force of the damper is that which moves the second mass, and needs some velocity for it.
+    // The damper moves the second mass, and its force requires a small relative velocity.
     let slip = if damper > 0.0 { 0.5 * SOFT / damper / APART } else { 0.0 };
     let kept = match scheme == Scheme::TRAPEZOIDAL {
-        true => Measure::at_least("what is left of the start", left, 0.9),
-        false => Measure::at_most("what is left of the start", left, 2.0 * slip + 1e-3),
+        true => Measure::at_least("remaining part of the initial deviation", left, 0.9),
+        false => Measure::at_most("remaining part of the initial deviation", left, 2.0 * slip + 1e-3),
     };
-    // Forces of stiff parts are differences of numbers, known to rounding.
+    // Forces of stiff parts are differences of nearly equal numbers and contain their rounding errors.
     let rounding = f64::EPSILON * (spring + FAST * damper) / SOFT;
     Ok(vec![
         kept,
@@ -60,7 +60,7 @@ fn judged(scheme: Scheme, spring: f64, damper: f64) -> Result<Vec<Measure>, Erro
     ])
 }
 
-/// Both masses 1 m from rest, and a little apart.
+/// Both masses start 1 m from their rest position, with a small deviation between them.
 pub fn masses(spring: f64, damper: f64, steps: usize, dt: f64) -> Result<(System, Inputs), Error> {
     let mut scene = Scene::new();
     let x = scene.coordinates("masses", ["first", "second"]);

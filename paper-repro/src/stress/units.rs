@@ -1,4 +1,4 @@
-//! The same mechanism in other units: motion and gradient are the same numbers after conversion.
+//! One mechanism in several units: after conversion, motion and gradient are the same numbers.
 
 use hamiltonian_adjoint::{Error, Grid, Inputs, Settings, Solver, System};
 
@@ -7,7 +7,7 @@ use crate::assembly::Units;
 use crate::mechanisms as scenes;
 use crate::statistics::relative_difference;
 
-/// Rounding that a hundred steps may gather, and no more.
+/// Permitted rounding error of a hundred steps.
 const SAME: f64 = 1e-12;
 
 pub fn trials() -> Vec<Trial> {
