@@ -1,6 +1,6 @@
-//! An arm of seven links, written as one element in its seven absolute angles: cost, gradient and times as one JSON object.
+//! An arm of seven links, written as one element in its seven absolute angles: prints cost, gradient and run times as one JSON object.
 //!
-//! No bodies and no joints: the kinetic energy T(q, v) and the potential energy V(q) of the whole arm are formulas of seven coordinates, which are
+//! There are no bodies and no joints: the kinetic energy T(q, v) and the potential energy V(q) of the whole arm are formulas of seven coordinates, which are
 //! compiled to programs. With `--num-dual` dual numbers differentiate them at every point instead.
 //!
 //! `cargo run --release --example arm -- --steps 100 --repeat 200`
@@ -21,8 +21,8 @@ const HELP: &str = "\
 usage: cargo run --release --example arm -- [--steps N] [--repeat R] [--num-dual] [--print]
 
   --steps N     number of time steps of 0.01 s (100)
-  --repeat R    how often to compute; the times are medians (1)
-  --num-dual    differentiate by dual numbers at every point, without programs
+  --repeat R    number of repetitions; the times are medians (1)
+  --num-dual    differentiate with dual numbers at every point, without programs
   --print       print the programs of the arm instead
 
 exit status: 0; 1 if the simulation fails or its results cannot be printed; 2 if the arguments are wrong
@@ -35,7 +35,7 @@ struct Arm;
 
 impl KineticEnergy<LINKS, 2> for Arm {
     fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, LINKS>, v: &SVector<S, LINKS>, b: &SVector<S, 2>) -> S {
-        // The velocity of the hinge, then of the next one.
+        // Velocity of the hinge at which the link begins.
         let (mut x, mut y, mut energy) = (S::zero(), S::zero(), S::zero());
         for k in 0..LINKS {
             let (sin, cos) = q[k].sin_cos();
@@ -99,12 +99,12 @@ fn median(mut times: Vec<f64>) -> f64 {
     times[times.len() / 2]
 }
 
-/// What stops the program.
+/// Reason for an exit with an error.
 #[derive(Debug, PartialEq)]
 pub enum Failure {
     /// Wrong arguments.
     Usage(String),
-    /// A simulation that did not come to its end, or a result that is lost.
+    /// A simulation that failed, or a result that could not be printed.
     Run(String),
 }
 
@@ -120,18 +120,18 @@ fn main() -> ExitCode {
         Err(Failure::Usage(message)) => (2, format!("{message} (try --help)")),
         Err(Failure::Run(message)) => (1, message),
     };
-    // Unlike `eprintln!` this does not panic where nobody listens.
+    // Unlike `eprintln!` this does not panic if standard error is closed.
     let _ = writeln!(io::stderr(), "error: {message}");
     ExitCode::from(status)
 }
 
-/// Prints to the end, or says that a disk is full or nobody reads.
+/// Prints the whole text; returns an error if, for example, a disk is full or a pipe is closed.
 fn print(text: &str) -> Result<(), Failure> {
     let written = io::stdout().write_all(text.as_bytes()).and_then(|()| io::stdout().flush());
     written.map_err(|error| Failure::Run(format!("cannot print the results: {error}")))
 }
 
-/// The whole program but for printing its answer.
+/// The whole program except for printing its result.
 pub fn answer(arguments: impl Iterator<Item = OsString>) -> Result<String, Failure> {
     let (mut steps, mut repeat, mut with_programs, mut print) = (100, 1, true, false);
     let mut seen = Vec::new();
@@ -158,7 +158,9 @@ pub fn answer(arguments: impl Iterator<Item = OsString>) -> Result<String, Failu
         seen.push(argument);
     }
     if print && !with_programs {
-        return Err(Failure::Usage("give --num-dual or --print, not both: without programs there is none to print".into()));
+        return Err(Failure::Usage(
+            "give --num-dual or --print, not both: with --num-dual there are no programs to print".into(),
+        ));
     }
     let system = system(with_programs)?;
     if print {
@@ -186,7 +188,7 @@ pub fn answer(arguments: impl Iterator<Item = OsString>) -> Result<String, Failu
     Ok(format!("{answer}\n"))
 }
 
-/// The beginning of a text, in one line whatever is in it.
+/// The beginning of a text in one line, with escaped special characters.
 fn shown(text: &str) -> String {
     text.chars().take(60).flat_map(char::escape_debug).collect()
 }

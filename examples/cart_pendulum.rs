@@ -1,4 +1,4 @@
-//! Numbers for your own controls: cost, motion and gradient of the cart with k links, as one JSON object.
+//! Cost, final angles and gradient of the cart with k links for your own controls, as one JSON object.
 //!
 //! `cargo run --release --example cart_pendulum -- --help`
 
@@ -20,46 +20,46 @@ usage: cargo run --release --example cart_pendulum -- [options]
 
   --links K            number of links (3)
   --length L           length of a link in m (1)
-  --friction-joint J   the hinge with friction, 0 joins the cart and the first link (0)
+  --friction-joint J   the hinge with friction; 0 is that of the cart and the first link (0)
   --steps N            number of time steps (100)
   --dt DT              length of a step in s (0.02)
-  --controls FILE      the force on the cart in N at the N + 1 nodes, one number a line;
-                       blank lines and what follows # are skipped
+  --controls FILE      the force on the cart in N at the N + 1 nodes, one number per line;
+                       blank lines and comments after # are ignored
   --force F            or a constant force in N (10)
-  --repeat R           how often to compute; the times are medians (1)
-  --help               this text
+  --repeat R           number of repetitions; the times are medians (1)
+  --help               print this text
 
-each at most once; at most 20000 links, as many nodes as fit into 1 GiB (1.2 million with 3 links), and
-100 million links x steps x repetitions, which take some minutes; the library's LongSolver knows no such end
+Each option can be given once. Limits: 20000 links, as many nodes as fit into 1 GiB (1.2 million with 3 links), and
+100 million links x steps x repetitions, which take some minutes. The library's LongSolver has no such limits.
 
 output
   cost                 J = 1/2 sum (phi_j - pi/2)^2 at the end
   final_angles         phi_j at the end, rad
   gradient             dJ/du_i for i = 0 ... N, 1/N, without a factor dt
-  newton_iterations    of all steps
+  newton_iterations    total number of Newton iterations
   phi_max, phi_dot_max largest violation of the constraints at position (m, rad) and velocity level
   forward_s            seconds for the simulation
   value_and_gradient_s seconds for the simulation and the adjoint sweep
-  warnings             what the library says of the motion although it succeeded; on standard error too
+  warnings             warnings of the library about the motion; also printed to standard error
 
 exit status: 0; 1 if the simulation fails or its results cannot be printed; 2 if the arguments or the file are wrong
 ";
 
-/// The steps of longer chains take seconds each.
+/// Each step of longer chains takes seconds.
 const MOST_LINKS: usize = 20_000;
-/// Of all numbers that belong to the nodes.
+/// Memory of all data stored per node.
 const MOST_BYTES: usize = 1 << 30;
 /// links × steps × repetitions.
 const MOST_WORK: usize = 100_000_000;
 
-/// What stops the program.
+/// Reason for an exit with an error.
 #[derive(Debug, PartialEq)]
 pub enum Failure {
     /// Wrong arguments or a wrong file.
     Usage(String),
-    /// A simulation that did not come to its end.
+    /// A simulation that failed.
     Simulation(String),
-    /// A result that is lost.
+    /// A result that could not be printed.
     Output(String),
 }
 
@@ -87,7 +87,7 @@ fn main() -> ExitCode {
     ExitCode::from(status)
 }
 
-/// The whole program but for printing its answer.
+/// The whole program except for printing its result.
 pub fn answer(arguments: &[impl AsRef<OsStr>]) -> Result<String, Failure> {
     if arguments.iter().any(|argument| argument.as_ref() == "--help" || argument.as_ref() == "-h") {
         return Ok(HELP.into());
@@ -100,13 +100,13 @@ pub fn answer(arguments: &[impl AsRef<OsStr>]) -> Result<String, Failure> {
     compute(&options, &controls).map_err(|error| Failure::Simulation(error.to_string()))
 }
 
-/// Prints to the end, or says that a disk is full or nobody reads.
+/// Prints the whole text; returns an error if, for example, a disk is full or a pipe is closed.
 pub fn print(text: &str, out: &mut impl Write) -> Result<(), Failure> {
     let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
     written.map_err(|error| Failure::Output(format!("cannot print the results: {error}")))
 }
 
-/// Says a line on standard error; unlike `eprintln!` it does not panic where nobody listens.
+/// Prints a line to standard error; unlike `eprintln!` it does not panic if standard error is closed.
 fn say(line: &str) {
     let _ = writeln!(io::stderr(), "{line}");
 }
@@ -153,7 +153,7 @@ fn parse(arguments: &[impl AsRef<OsStr>]) -> Result<Options, Failure> {
     Ok(options)
 }
 
-/// Refuses what makes no sense or is too much, before there is anything of it.
+/// Checks the options before any memory is allocated.
 fn check(options: &Options) -> Result<(), Failure> {
     let (CartPendulum { links, friction_joint, link_length, .. }, steps) = (options.mechanism, options.steps);
     if links > MOST_LINKS {
@@ -168,10 +168,10 @@ fn check(options: &Options) -> Result<(), Failure> {
     if options.dt == 0.0 {
         return usage("--dt 0: a step must have a length");
     }
-    // `System::bytes_per_node`, inputs, gradient, and a number in words.
+    // `System::bytes_per_node`, inputs, gradient, and the printed numbers.
     let most_steps = MOST_BYTES / (152 * links + 400);
     if steps > most_steps {
-        return usage(format!("--steps {steps}: at most {most_steps} with {links} links, whose nodes take 1 GiB"));
+        return usage(format!("--steps {steps}: at most {most_steps} with {links} links, because the nodes need 1 GiB"));
     }
     let most_repeats = MOST_WORK / (links * steps);
     if options.repeat > most_repeats {
@@ -180,7 +180,7 @@ fn check(options: &Options) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The beginning of a text, in one line whatever is in it.
+/// The beginning of a text in one line, with escaped special characters.
 fn shown(text: &str) -> String {
     text.chars().take(60).flat_map(char::escape_debug).collect()
 }
@@ -195,9 +195,9 @@ fn number(place: &str, text: &str) -> Result<f64, Failure> {
 fn count(flag: &str, text: &str) -> Result<usize, Failure> {
     match text.parse() {
         Ok(value) => Ok(value),
-        // To be refused with what is allowed.
+        // Is rejected later with a message that states the permitted range.
         Err(error) if *error.kind() == IntErrorKind::PosOverflow => Ok(usize::MAX),
-        Err(_) => usage(format!("{flag}: `{}` is not a whole number from 0 up", shown(text))),
+        Err(_) => usage(format!("{flag}: `{}` is not a whole number of at least 0", shown(text))),
     }
 }
 
@@ -210,7 +210,7 @@ fn positive_count(flag: &str, text: &str) -> Result<usize, Failure> {
 
 fn read_controls(file: &Path, expected: usize) -> Result<Vec<f64>, Failure> {
     let name = shown(&file.to_string_lossy());
-    // A device may never end.
+    // A device file may be endless.
     let most = 1_000_000 + 100 * expected;
     let mut text = String::new();
     let read = File::open(file).and_then(|file| file.take(most as u64 + 1).read_to_string(&mut text));
@@ -219,7 +219,7 @@ fn read_controls(file: &Path, expected: usize) -> Result<Vec<f64>, Failure> {
         return usage(format!("{name}: more than {most} bytes, but {} steps need {expected} numbers", expected - 1));
     }
     let mut controls = Vec::new();
-    // Some editors begin a file with a mark of its encoding.
+    // Some editors write a byte order mark at the beginning of a file.
     for (line, content) in text.trim_start_matches('\u{feff}').lines().enumerate() {
         let value = content.split('#').next().unwrap_or("").trim();
         if !value.is_empty() {
@@ -252,7 +252,7 @@ fn compute(options: &Options, controls: &[f64]) -> Result<String, hamiltonian_ad
     warnings.iter().for_each(|warning| say(&format!("warning: {warning}")));
     let last = motion.last();
     let angles = (1..=options.mechanism.links).map(|link| motion.q[(3 * link + 2, last)]);
-    // `{:?}` writes a number with the digits that give it back exactly, and a text in quotes.
+    // `{:?}` writes a number with enough digits to reproduce it exactly, and a text in quotes.
     Ok(format!(
         "{{\n  \"cost\": {:?},\n  \"final_angles\": {},\n  \"gradient\": {},\n  \"newton_iterations\": {},\n  \
          \"phi_max\": {:?},\n  \"phi_dot_max\": {:?},\n  \"forward_s\": {:?},\n  \"value_and_gradient_s\": {:?},\n  \"warnings\": {}\n}}\n",

@@ -1,9 +1,9 @@
-//! Verifying hand-derived derivatives: a slider-crank in three coordinates of its own, with one sign wrong.
+//! Verification of hand-derived derivatives: a slider-crank in three user-defined coordinates, with one wrong sign.
 //!
 //! `cargo run --release --example check_slider_crank`
 //!
-//! The crank turns by θ, the rod by φ, the slider moves along x. Everything below `impl` is what a scene needs; everything
-//! in `by hand` is what one derives on paper for a code without automatic differentiation, and wants to be sure of.
+//! The crank turns by θ, the rod by φ, the slider moves along x. The formulas in `impl` blocks are those that a scene needs; the module
+//! `by_hand` contains derivatives derived on paper, as for a code without automatic differentiation, which are to be verified.
 
 use hamiltonian_adjoint::element::{CostPoint, ForcePoint, Sum};
 use hamiltonian_adjoint::{
@@ -63,7 +63,7 @@ mod by_hand {
         Matrix2x3::new(-crank * theta.cos(), -rod * phi.cos(), 0.0, -crank * theta.sin(), -rod * phi.sin(), 0.0)
     }
 
-    /// (Φ_qᵀσ)_q, with a mistake: the second term of the rod must have a minus, too.
+    /// (Φ_qᵀσ)_q, with a mistake: the second term of the rod must also have a minus sign.
     pub fn phi_q_t_sigma_q(q: &Vector3<f64>, sigma: &Vector2<f64>, b: &Vector2<f64>) -> Matrix3<f64> {
         let ([r, l], [theta, phi]) = ([b[0], b[1]], [q[0], q[1]]);
         let crank = -r * (theta.cos() * sigma[0] + theta.sin() * sigma[1]);
@@ -94,7 +94,7 @@ fn main() -> Result<(), Error> {
     let names = ["θ", "φ", "x"];
     let (lengths, constants) = ([0.1, 0.3], [0.002, 0.5, 0.004, 0.8, 0.1, 0.3]);
 
-    // Energies first: all three are right.
+    // The energy first: all three derivatives are right.
     let energy = check::kinetic_energy(&SliderCrank, constants)
         .coordinates(names)
         .mass(|at| by_hand::mass(&at.q, &at.b))
@@ -103,7 +103,7 @@ fn main() -> Result<(), Error> {
         .run();
     println!("{energy}");
 
-    // The closure: one of three is wrong, and the report says which, where, and how.
+    // The closure: one of three derivatives is wrong; the report states which one, where, and the kind of the mistake.
     let closure = check::constraint(&SliderCrank, lengths)
         .coordinates(names)
         .equations(["along", "across"])
@@ -114,7 +114,7 @@ fn main() -> Result<(), Error> {
         .run();
     println!("{closure}");
 
-    // The gradient that follows, four ways.
+    // The gradient of a scene with these elements, computed in four ways.
     let mut scene = Scene::new();
     let q = scene.coordinates("slider-crank", names);
     let torque = scene.control("torque");

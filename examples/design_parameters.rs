@@ -1,7 +1,7 @@
-//! Design variables: mass, length and stiffness of a pendulum with a spring, improved by gradient steps.
+//! Design variables: mass, length and stiffness of a pendulum with a spring, improved by steepest descent.
 //!
-//! A bob on a massless rod, pulled by a spring to a wall, is let go at 45°. After one second it shall rest at a given point.
-//! The start depends on the length too: it is assembled from a guess, and the gradient knows it.
+//! A bob on a massless rod, pulled to a wall by a spring, is released at 45°. After one second it is to rest at a given point.
+//! The start is assembled from a guess and depends on the length; the gradient includes this dependence.
 //!
 //! `cargo run --release --example design_parameters`
 
@@ -28,7 +28,7 @@ fn pendulum() -> Scene {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
     let [mass, length, stiffness] = std::array::from_fn(|p| scene.design(NAMES[p], FIRST[p]));
-    let bob = scene.body("bob", mass, 0.01, [1.0, -1.0, 0.0]); // the rod brings it closer
+    let bob = scene.body("bob", mass, 0.01, [1.0, -1.0, 0.0]); // the assembly moves it closer
     scene.distance("rod", Body::GROUND.at(0.0, 0.0), bob.at(0.0, 0.0), length);
     scene.spring_damper("spring", Body::GROUND.at(-1.0, -1.0), bob.at(0.0, 0.0), stiffness, 0.5, 4.0);
     let [x, y, _] = bob.coordinates;
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert!((gradient[p] - reference).abs() <= 1e-11 * gradient.amax(), "the derivatives differ");
     }
 
-    // Steepest descent in the logarithms of the design (d/d(ln b) = b d/db), the step halved until the cost falls.
+    // Steepest descent in the logarithms of the design (d/d(ln b) = b d/db); the step is halved until the cost decreases.
     let first = cost;
     for iteration in 0..=12 {
         println!("{iteration:2}  J = {cost:.8}  {:.4} kg, {:.4} m, {:.4} N/m", design[0], design[1], design[2]);

@@ -1,7 +1,7 @@
-//! An excavator's boom and stick, moved by two hydraulic cylinders: how high does the stick come, and how does that depend on a pin?
+//! An excavator's boom and stick, moved by two hydraulic cylinders: computes the height of the stick and its dependence on a pin.
 //!
-//! Nothing is derived by hand: the start is assembled from a guess, the cylinders are ready parts, the place of the boom's pin is a design variable,
-//! and its derivative goes through the assembly.
+//! No derivative is derived by hand: the start is assembled from a guess, the cylinders are ready-made parts, the position of the boom's pin is a
+//! design variable, and the derivative with respect to it includes the assembly.
 //!
 //! `cargo run --release --example excavator`
 
@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let page = std::env::temp_dir().join("excavator.html");
     Animation::new(&system, solver.inputs(), &motion)?.title("Excavator").write_html(&page)?;
     println!(
-        "{} plays it; the middle of the stick is at a height of {:.3} m after 1 s",
+        "animation: {}; the middle of the stick is at a height of {:.3} m after 1 s",
         page.display(),
         solver.outputs()?[height.index()]
     );

@@ -1,6 +1,6 @@
-//! A crank and rocker whose lengths are free: how do they change where the rocker ends, and how fast?
+//! A crank and rocker with variable lengths: computes their effect on the final angle and speed of the rocker.
 //!
-//! Masses and moments of inertia follow from the lengths, and so does the start, which is assembled from a guess with the crank held.
+//! Masses and moments of inertia depend on the lengths, and so does the start, which is assembled from a guess with the crank held.
 //!
 //! `cargo run --release --example four_bar`
 
@@ -34,7 +34,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let gradients = solver.jacobian()?;
     for (what, unit, of) in [("angle", "rad", end.position.index()), ("speed", "rad/s", end.rate.index())] {
         let by_length = &gradients[of].design;
-        println!("{what} {:+.6} {unit}, by the lengths {:+.6?} {unit}/m", values[of], by_length.as_slice());
+        println!(
+            "{what} {:+.6} {unit}, derivatives with respect to the lengths {:+.6?} {unit}/m",
+            values[of],
+            by_length.as_slice()
+        );
     }
     let report = check::gradient(&system, &inputs, Settings::default()).output(end.rate).run()?;
     println!("{report}");

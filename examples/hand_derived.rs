@@ -1,7 +1,7 @@
-//! Jacobian blocks derived by hand, held against those of the library: a pendulum in the coordinates (x, y, φ).
+//! Jacobian blocks derived by hand, compared with those of the library: a pendulum in the coordinates (x, y, φ).
 //!
-//! `PaperSystem` has the paper's own equations f1 … f5 in y = (q̇, ṗ*, q, p*, σ) and their tangent matrices (Eq. 10) by dual
-//! numbers. Here three of its blocks are compared with formulas on paper; a wrong sign is found with its row and column.
+//! `PaperSystem` contains the paper's equations f1 … f5 in y = (q̇, ṗ*, q, p*, σ) and their tangent matrices (Eq. 10), computed with dual
+//! numbers. This example compares three of its blocks with hand-derived formulas; a wrong sign would be reported with its row and column.
 //!
 //! `cargo run --release --example hand_derived`
 
@@ -35,7 +35,7 @@ fn f5_q(gamma: f64, angle: f64, omega: f64) -> Matrix2x3<f64> {
     phi_q(angle) * gamma + turning
 }
 
-/// The worst entry of a block, relative to its largest one.
+/// The largest error of an entry, relative to the largest entry of the block.
 fn compare(name: &str, by_hand: DMatrix<f64>, library: DMatrixView<f64>) -> f64 {
     let difference = (&by_hand - library).abs();
     let (row, column) = difference.iamax_full();

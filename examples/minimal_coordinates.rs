@@ -1,7 +1,7 @@
-//! A mechanism as one element in coordinates of its own: a double pendulum with M(q) in its two joint angles.
+//! A mechanism as one element in minimal coordinates: a double pendulum with M(q) in its two angles.
 //!
-//! No bodies, no constraints: T and V are written down as one would on paper, and everything else follows from them, the
-//! term T_q of M(q) included. The control is a torque at the shoulder.
+//! There are no bodies and no constraints: T and V are written as on paper, and all other terms follow from them, including
+//! T_q for M(q). The control is a torque at the shoulder.
 //!
 //! `cargo run --release --example minimal_coordinates`
 
@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let settings = Settings::default();
     let mut solver = Solver::new(&system, settings);
 
-    // Without a torque the energy stays: its error is that of the trapezoidal rule and falls with Δt².
+    // Without a torque the energy is conserved up to the error of the trapezoidal rule, which falls like Δt².
     let motion = solver.simulate(&inputs)?;
     let b = Vector4::new(1.0, 0.5, 0.8, 0.6);
     let energy = |i: usize| {

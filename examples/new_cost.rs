@@ -21,7 +21,7 @@ impl Cost<0, 0, 1, 1> for Effort {
     }
 }
 
-/// h = ½ w (E − E_top)²: the energy of a link against that of the link standing still on top, b = [w, E_top, m, J, g].
+/// h = ½ w (E − E_top)²: deviation of a link's energy from that of the upright link at rest, b = [w, E_top, m, J, g].
 struct EnergyError;
 
 impl Cost<3, 0, 0, 5> for EnergyError {
@@ -50,7 +50,7 @@ fn swing_up(p: CartPendulum) -> Scene {
         let [x, y, angle] = link.coordinates;
         let height = (f64::from(j) - 0.5) * p.link_length;
         let b = [1e-2, p.link_mass * p.gravity * height, p.link_mass, p.link_inertia, p.gravity].map(Into::into);
-        // Sum tells how the values at the nodes add up: here the trapezoidal rule for ∫ h dt, or the last node alone.
+        // `Sum` states how the values at the nodes are added: here by the trapezoidal rule for ∫ h dt, or only that of the last node.
         scene.cost(&format!("energy of link {j}"), EnergyError, Sum::Trapezoidal, [x, y, angle], [], [], b);
         scene.cost(&format!("end of link {j}"), Upright, Sum::Terminal, [angle], [], [], [0.1.into()]);
     }
@@ -75,7 +75,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert!((ours - reference).abs() <= 1e-11 * gradient.controls.amax(), "the derivatives differ");
     }
 
-    // One step against the gradient, as long as the linear model allows: the cost must fall.
+    // One step of steepest descent, which reduces the linear model by 10 %: the cost must fall.
     inputs.controls -= &gradient.controls * (0.1 * gradient.value / gradient.controls.norm_squared());
     solver.simulate(&inputs)?;
     println!("J = {:.10} after one step of steepest descent", solver.cost()?);

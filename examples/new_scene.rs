@@ -1,7 +1,7 @@
 //! A mechanism of your own, with a loop: a slider-crank with a spring and a motor.
 //!
 //! The crank turns about the origin, the rod joins it to a slider on the x axis, a spring pulls the slider to the wall, and the
-//! control is the motor torque on the crank. The cost asks for a slider position at the end and for little torque.
+//! control is the motor torque on the crank. The cost consists of the final error of the slider position and the effort.
 //!
 //! `cargo run --release --example new_scene`
 
@@ -35,7 +35,7 @@ fn slider_crank() -> Scene {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
 
-    // Bodies are placed by their centres so that every joint is closed: crank at 60°, the rod down to the x axis.
+    // The centres of the bodies are placed so that every joint is closed: the crank is at 60°, the rod ends on the x axis.
     let crank_angle = 60f64.to_radians();
     let (x, y) = (r * crank_angle.cos(), r * crank_angle.sin());
     let rod_angle = -(y / l).asin();
@@ -81,7 +81,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let page = std::env::temp_dir().join("slider-crank.html");
     Animation::new(&system, solver.inputs(), motion)?.title("Slider-crank").write_html(&page)?;
-    println!("{} plays it", page.display());
+    println!("animation: {}", page.display());
 
     let gradient = solver.gradient()?;
     println!("J = {:.12}", gradient.value);

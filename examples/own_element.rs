@@ -1,7 +1,7 @@
-//! Elements of your own: a bead on a wire y = a x² that shakes up and down, with air drag.
+//! Elements of your own: a bead with air drag on a wire y = a x² that is shaken up and down.
 //!
 //! The wire is a `Constraint` driven in time, the drag a `Force`, the bead's inertia a `KineticEnergy`; the shape a is a design
-//! variable. Each is one formula: its Jacobians, dΦ/dt and all that the adjoint needs come from it.
+//! variable. Each is one formula; its Jacobians, dΦ/dt and all derivatives for the adjoint are computed from it.
 //!
 //! `cargo run --release --example own_element`
 
@@ -44,7 +44,7 @@ impl Force<2, 1, 1> for PushAndDrag {
     }
 }
 
-/// S = ½ x² + ½ (0.1 s · ẋ)²: be at the bottom, at rest.
+/// S = ½ x² + ½ (0.1 s · ẋ)²: deviation from rest at the bottom.
 struct AtBottom;
 
 impl Cost<1> for AtBottom {
@@ -86,7 +86,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
 
-    // dJ/d(shape) is the derivative at a fixed start q₀; where q₀ moves with a, see the example design_parameters.
+    // dJ/d(shape) is the derivative with q₀ held constant; for a q₀ that depends on design variables see the example design_parameters.
     let gradient = solver.gradient()?;
     println!("J = {:.12}", gradient.value);
     let with =

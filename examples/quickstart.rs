@@ -1,4 +1,4 @@
-//! The paper's example: simulate the cart with three links, take the gradient, check it.
+//! The paper's example: simulates the cart with three links, computes the gradient and verifies it.
 //!
 //! `cargo run --release --example quickstart`
 

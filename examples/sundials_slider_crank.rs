@@ -1,8 +1,8 @@
-//! The slider-crank of SUNDIALS (`examples/idas/serial/idasSlCrank_FSA_dns.c`) by its own formulas: G = ∫ T dt over 10 s and its derivatives with respect to the stiffness k and the
-//! damping c of a spring.
+//! The slider-crank of SUNDIALS (`examples/idas/serial/idasSlCrank_FSA_dns.c`) with the formulas given there: G = ∫ T dt over 10 s and its derivatives with respect to the
+//! stiffness k and the damping c of a spring.
 //!
-//! IDAS prints G = 3.33661556, dG/dk = 0.33346, dG/dc = −0.36375 at its tolerance of 1e-6, with errors of some 1e-5. Here the equations hold the constraints at velocity level
-//! without index reduction by hand, and the derivatives are those of the discrete G, so errors fall with the order of the scheme, down to rounding.
+//! IDAS prints G = 3.33661556, dG/dk = 0.33346, dG/dc = −0.36375 at its tolerance of 1e-6, with errors of some 1e-5. Here constraints are satisfied at velocity level
+//! without index reduction by hand, and the derivatives are those of the discrete G; errors fall with the order of the scheme, down to rounding.
 
 #[path = "../tests/scenes/resolved.rs"]
 #[allow(dead_code)]
@@ -12,7 +12,7 @@ use hamiltonian_adjoint::{Scheme, Settings, Solver};
 use std::error::Error;
 use std::time::Instant;
 
-/// G, dG/dk, dG/dc by an integrator of order 8 at 1e-13 in the one degree of freedom, and complex step.
+/// G, dG/dk, dG/dc from an integrator of order 8 with a tolerance of 1e-13 for the one degree of freedom, and complex step.
 const REFERENCE: [f64; 3] = [3.3366067994827757, 0.33344810612844017, -0.3637540339709487];
 
 fn main() -> Result<(), Box<dyn Error>> {

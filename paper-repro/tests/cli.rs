@@ -1,4 +1,4 @@
-//! The program as its users run it: what is refused, what is lost, what an interruption leaves.
+//! Tests of the command-line program: invalid arguments, lost output, interruptions.
 
 use std::fs;
 use std::path::PathBuf;
@@ -19,14 +19,14 @@ fn program(arguments: &[&str]) -> Command {
     command
 }
 
-/// A folder of this test's own that is not there yet.
+/// A folder of this test that does not exist yet.
 fn folder(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("cli-{name}-{}", std::process::id()));
     assert!(!folder.exists());
     folder
 }
 
-/// One line on standard error that holds these words, and the status.
+/// Asserts the exit status and one line on standard error that contains these words.
 #[track_caller]
 fn assert_fails(output: &Output, status: i32, words: &[&str]) {
     let said = String::from_utf8_lossy(&output.stderr);
@@ -117,7 +117,7 @@ fn files_are_whole_and_nothing_is_left_beside_them() {
 #[test]
 fn a_descent_that_ends_early_says_why() {
     let out = folder("early");
-    // Shortened to where it is given up, the first step is still far too long.
+    // At the length at which the line search ends, the first step is still far too long.
     let output = program(&["fig3", "--alpha", "1e300", "--iterations", "2", "--out"]).arg(&out).output().expect("runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let summary = fs::read_to_string(out.join("summary.json")).expect("read");
@@ -161,9 +161,9 @@ mod linux {
         drop(reader);
         let output = program(&["fig1", "--out"]).arg(&out).stdout(writer).output().expect("runs");
         assert_fails(&output, 1, &["cannot write to standard output", "Broken pipe"]);
-        // The files are there: only what was to be printed is lost.
+        // The files exist; only the printed output is lost.
         assert!(out.join("summary.json").exists());
-        // Nobody hears the error, but the status tells.
+        // The error message is lost, but the exit status reports the failure.
         assert_eq!(program(&["--linkz"]).stderr(full()).status().expect("runs").code(), Some(2));
         fs::remove_dir_all(out).expect("removed");
     }
@@ -187,7 +187,7 @@ mod linux {
         fs::remove_dir_all(parent).expect("removed");
     }
 
-    /// The system kills a process that writes more to a file than it may: here in the middle of each.
+    /// The system kills a process that exceeds the file size limit, here in the middle of each file.
     #[test]
     fn a_run_that_is_killed_while_it_writes_leaves_no_half_written_file() {
         let out = folder("killed");
@@ -215,7 +215,7 @@ mod linux {
         fs::remove_dir_all(out).expect("removed");
     }
 
-    /// On disks with room for some of the files and a part of the next one; where nobody may mount such a disk, nothing is tried.
+    /// Disks with space for some files and a part of the next one; skipped if such a disk cannot be mounted.
     #[test]
     fn a_disk_that_fills_up_keeps_whole_files_only() {
         let out = folder("small");

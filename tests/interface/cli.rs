@@ -81,7 +81,7 @@ fn wrong_arguments_are_refused_by_name() {
     for (arguments, said) in [
         ("--linkz 3", "unknown argument `--linkz`"),
         ("--links", "--links needs a value"),
-        ("--links three", "--links: `three` is not a whole number from 0 up"),
+        ("--links three", "--links: `three` is not a whole number of at least 0"),
         ("--links 0", "--links must be at least 1"),
         ("--force inf", "--force: `inf` is not a finite number"),
         ("--length -1", "--length -1: a link must be longer than 0"),
@@ -91,8 +91,8 @@ fn wrong_arguments_are_refused_by_name() {
         ("--force 1 --force 1", "--force is given twice"),
         ("--dt NaN", "--dt: `NaN` is not a finite number"),
         ("--dt 0", "--dt 0: a step must have a length"),
-        ("--steps -1", "--steps: `-1` is not a whole number from 0 up"),
-        ("--repeat 1e18", "--repeat: `1e18` is not a whole number from 0 up"),
+        ("--steps -1", "--steps: `-1` is not a whole number of at least 0"),
+        ("--repeat 1e18", "--repeat: `1e18` is not a whole number of at least 0"),
         ("stray", "unknown argument `stray`"),
     ] {
         assert_eq!(run(arguments), Err(Failure::Usage(said.into())), "{arguments}");
@@ -151,7 +151,7 @@ fn wrong_arguments_of_the_arm_are_refused_as_such() {
         ("--steps NaN", "--steps: `NaN` is not a whole number from 1 to 1000000"),
         ("--steps 1 --steps 2", "--steps is given twice"),
         ("--num-dual --num-dual", "--num-dual is given twice"),
-        ("--print --num-dual", "give --num-dual or --print, not both: without programs there is none to print"),
+        ("--print --num-dual", "give --num-dual or --print, not both: with --num-dual there are no programs to print"),
         ("stray", "unknown argument `stray`"),
         (long.as_str(), &format!("unknown argument `{}`", "9".repeat(60))),
     ] {

@@ -1,4 +1,4 @@
-//! What runs are looked at by: controls, progress, motions before and after, residuals of a fit.
+//! Figures of runs: controls, progress, motions before and after, residuals of a fit.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use crate::error::Error;
 use crate::files;
 use crate::plot::{Axis, Chart, Colour, Panels, Series, Style, colour};
 
-/// Of methods, and of records.
+/// Colours of methods and of records.
 const COLOURS: [Colour; 5] = [colour::BLUE, colour::RED, colour::GREEN, colour::ORANGE, colour::PURPLE];
 
-/// The forces found, and how violation and gradient went: a panel for each problem.
+/// The optimal forces, and the progress of violation and gradient, with a panel for each problem.
 pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
     let panels = |x: Axis, y: fn(Name) -> Axis, points: fn(&Run) -> Vec<(f64, f64)>| {
         let chart = |runs: &[Run]| {
@@ -37,12 +37,12 @@ pub fn draw(runs: &[Run], folder: &Path) -> Result<(), Error> {
     save(panels(Axis::log("simulations", 0.0), error, history), &folder.join("optimise_progress"))
 }
 
-/// Two side by side; without any there is no figure.
+/// Panels in two columns; no figure if there are no panels.
 fn save(charts: Vec<Chart>, stem: &Path) -> Result<(), Error> {
     if charts.is_empty() { Ok(()) } else { Panels::new(charts, 2).save(stem) }
 }
 
-/// The force on its way from the start to the best one found: at five iterations, about twice as many from each to the next.
+/// The force at five iterations from the start to the best one; the number of iterations between them about doubles.
 pub fn iterations(runs: &[Run], folder: &Path) -> Result<(), Error> {
     const STAGES: [Colour; 5] = [colour::GREY, colour::ORANGE, colour::SKY, colour::BLUE, colour::RED];
     let chart = |(run, found): (&Run, &Found)| {
@@ -60,7 +60,7 @@ pub fn iterations(runs: &[Run], folder: &Path) -> Result<(), Error> {
     save(seen.map(chart).collect(), &folder.join("optimise_iterations"))
 }
 
-/// One of two side by side.
+/// One of two panels side by side.
 fn panel(title: String, [x, y]: [Axis; 2], series: Vec<Series>) -> Chart {
     Chart { title, x, y, series, size: (560.0, 330.0), ..Chart::default() }
 }
@@ -72,19 +72,19 @@ fn control(of: Name) -> Axis {
     }
 }
 
-/// The lowest value that a method converged to; a force of ten segments is none of one motion.
+/// The lowest value to which a method converged; forces of ten segments are excluded, because they do not belong to one motion.
 fn best(runs: &[Run]) -> Option<(&Run, &Found)> {
     let converged = runs.iter().filter(|run| run.outcome.reason.is_converged() && run.method != SEGMENTS);
     let best = converged.min_by(|one, other| one.outcome.value.total_cmp(&other.outcome.value))?;
     Some((best, best.found.as_ref()?))
 }
 
-/// The runs of each problem that has a motion.
+/// The runs of each problem with a motion.
 fn of_problems(runs: &[Run]) -> impl Iterator<Item = &[Run]> {
     runs.chunk_by(|one, other| one.name == other.name).filter(|runs| runs[0].found.is_some())
 }
 
-/// The motion that each problem starts from, and the best one found, as pages.
+/// The initial motion of each problem and the best one, as pages.
 pub fn motions(runs: &[Run], folder: &Path) -> Result<(), Error> {
     for (best, found) in of_problems(runs).filter_map(best) {
         let name = best.name.text();
@@ -102,13 +102,13 @@ fn page(system: &System, inputs: &Inputs, title: &str) -> Result<String, Error> 
     Ok(Animation::new(system, solver.inputs(), &motion)?.title(title).html())
 }
 
-/// What a fit leaves of each reading, in standard deviations: no trend may be seen.
+/// Residuals of the readings in standard deviations; they must show no trend.
 pub fn residuals(residuals: &[f64], times: &[f64], folder: &Path) -> Result<(), Error> {
     let records = residuals.chunks(times.len()).zip(COLOURS).enumerate();
     let series = records
         .map(|(k, (record, colour))| Series::over(times, record, format!("record {}", k + 1), colour, Style::Circles));
     let chart = Chart {
-        title: "identify: what the fit leaves of the crank's angle".into(),
+        title: "identify: residuals of the crank's angle".into(),
         x: Axis::linear("time t [s]"),
         y: Axis::linear("residual [standard deviations]"),
         series: series.collect(),

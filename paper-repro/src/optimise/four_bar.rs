@@ -1,5 +1,5 @@
-//! Lengths and pivots of a crank and rocker, of which a point of the coupler follows a closed path; a problem of one's own, differentiated by hyper-dual
-//! numbers.
+//! Lengths and pivots of a crank and rocker for which a point of the coupler follows a closed path: a user-defined problem, differentiated with
+//! hyper-dual numbers.
 
 use std::f64::consts::{PI, TAU};
 
@@ -11,9 +11,9 @@ use hamiltonian_adjoint::{Error as MotionError, Hyper, Real, Scalar};
 
 /// Points of the path, an ellipse with half axes of 0.3 m and 0.15 m, turned by 20°.
 const POINTS: usize = 10;
-/// a, b, c, d; x, y and γ of the ground link; the coupler's point in the coupler. Then the angles θ of the crank and ψ of the coupler.
+/// a, b, c, d; x, y and γ of the ground link; the coordinates of the point in the coupler; then the angles θ of the crank and ψ of the coupler.
 const LENGTHS: usize = 9;
-/// What is left between the sums of Grashof's condition, m, and between angles of the crank, rad.
+/// Minimum differences between the sums of Grashof's condition, m, and between angles of the crank, rad.
 const ROOM: f64 = 0.01;
 const LEAST_TURN: f64 = 0.1;
 
@@ -24,7 +24,7 @@ fn target(k: usize) -> [f64; 2] {
     [0.5 + along * tilt_cos - across * tilt_sin, 0.6 + along * tilt_sin + across * tilt_cos]
 }
 
-/// The mean square of the distances from the path, then the constraints.
+/// The mean square of the distances from the path, followed by the constraints.
 fn formulas<S: Scalar>(x: &[S]) -> Vec<S> {
     let [a, b, c, d, left, low, gamma, u, v] = [0, 1, 2, 3, 4, 5, 6, 7, 8].map(|i| x[i]);
     let foot = [left + d * gamma.cos(), low + d * gamma.sin()];
@@ -47,7 +47,7 @@ fn formulas<S: Scalar>(x: &[S]) -> Vec<S> {
     [vec![sum], closure, transmission, turns, grashof].concat()
 }
 
-/// The problem, and where it was evaluated last.
+/// The problem and the point of its last evaluation.
 struct FourBar {
     x: Vec<f64>,
     weights: Vec<f64>,
@@ -85,7 +85,7 @@ impl Problem for FourBar {
 
     fn constraints(&self) -> Vec<Interval> {
         let closure = vec![Interval::ZERO; POINTS];
-        // Between 30° and 150°, and always on the same side.
+        // The angle lies between 30° and 150°, always on the same side.
         let transmission = vec![Interval::at_least(0.5); POINTS];
         let turns = vec![Interval::at_least(LEAST_TURN); POINTS];
         [closure, transmission, turns, vec![Interval::at_least(ROOM); 3]].concat()
@@ -116,7 +116,7 @@ impl Problem for FourBar {
     }
 }
 
-/// What random starts came to: the lowest, how many ended within 1 % of it, and how many converged at all.
+/// Result of random starts: the lowest outcome, the number of starts within 1 % of it, and the number that converged.
 pub struct Synthesis {
     pub best: Outcome,
     pub alike: usize,

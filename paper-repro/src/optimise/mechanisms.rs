@@ -1,4 +1,4 @@
-//! Problems of closed mechanisms: a periodic motion of a four-bar linkage, and a slider-crank whose parameters are measured.
+//! Problems of closed mechanisms: a periodic motion of a four-bar linkage, and a slider-crank whose parameters are identified.
 
 use std::f64::consts::TAU;
 
@@ -24,7 +24,7 @@ impl Cost<1, 0, 0, 1> for Rate {
     }
 }
 
-/// A body that reaches from one point of the plane to another: mass 1 kg m⁻¹ of its length.
+/// A body between two points of the plane, with a mass of 1 kg per metre of its length.
 fn rod(scene: &mut Scene, name: &str, from: [f64; 2], to: [f64; 2]) -> (Body, f64) {
     let (dx, dy) = (to[0] - from[0], to[1] - from[1]);
     let length = dx.hypot(dy);
@@ -32,8 +32,8 @@ fn rod(scene: &mut Scene, name: &str, from: [f64; 2], to: [f64; 2]) -> (Body, f6
     (scene.body(name, length, length.powi(3) / 12.0, place), 0.5 * length)
 }
 
-/// A crank and rocker under gravity with friction: the torque on the crank and the initial momenta of a turn in 1 s that goes on as it began, by the
-/// least effort.
+/// A crank and rocker under gravity with friction: the torque on the crank and the initial momenta of a periodic motion with one turn in 1 s and
+/// the least effort.
 pub fn periodic() -> Result<Posed, MotionError> {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
@@ -56,7 +56,7 @@ pub fn periodic() -> Result<Posed, MotionError> {
     let system = scene.compile()?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
     let mut p_star = DVector::zeros(system.n());
-    // About that of a crank that turns once in a second.
+    // About the value for a crank that turns once per second.
     p_star[crank.coordinates[2].index()] = 0.1;
     inputs.start = Start::Momentum { q: system.initial_coordinates(), p_star };
     let constraints = vec![(end.position, Interval::equal(TAU)), (again, Interval::ZERO)];
@@ -64,7 +64,7 @@ pub fn periodic() -> Result<Posed, MotionError> {
     Ok(Posed { system, inputs, control: torque, free: vec![Free::control(torque), rate], constraints, states: Vec::new() })
 }
 
-/// The records: their number, how many readings each has, every so many nodes, and the noise, rad.
+/// The records: their number, the readings per record, the nodes between readings, and the noise in rad.
 const RECORDS: usize = 5;
 const READINGS: usize = 40;
 const EVERY: usize = 5;
@@ -74,7 +74,7 @@ const STEP: f64 = 0.01;
 /// Mass of the slider in kg, its friction in N s/m, its spring in N/m.
 const TRUTH: [f64; 3] = [0.6, 1.5, 40.0];
 
-/// A slider-crank whose slider has a mass, friction and a spring that are to be found from the crank's angle.
+/// A slider-crank; the mass, friction and spring of its slider are to be identified from the crank's angle.
 fn slider_crank(readings: &[f64]) -> Result<(System, [Design; 3], usize), MotionError> {
     let mut scene = Scene::new();
     let parameters = [("mass", 1.0), ("friction", 1.0), ("stiffness", 25.0)].map(|(name, guess)| scene.design(name, guess));
@@ -98,12 +98,12 @@ fn slider_crank(readings: &[f64]) -> Result<(System, [Design; 3], usize), Motion
     Ok((scene.compile()?, parameters, angle.index()))
 }
 
-/// Of each record, s.
+/// Times of the readings of each record, s.
 pub fn times_of_readings() -> Vec<f64> {
     (1..=READINGS).map(|k| STEP * (EVERY * k) as f64).collect()
 }
 
-/// Another torque in each record.
+/// The torque, different in each record.
 fn driven(system: &System, record: usize) -> Inputs {
     let mut inputs = Inputs::at_rest(system, Grid::uniform(EVERY * READINGS, STEP));
     let (strength, pace) = (0.25 + 0.1 * record as f64, 3.0 + 1.7 * record as f64);
@@ -111,14 +111,14 @@ fn driven(system: &System, record: usize) -> Inputs {
     inputs
 }
 
-/// How often the truth lay within two standard errors, of how many parameters, and the last fit.
+/// Number of parameters within two standard errors of their true values, total number of parameters, and the last fit.
 pub struct Identified {
     pub within: usize,
     pub of: usize,
     pub fit: Fit,
 }
 
-/// Repeats the identification with other noise.
+/// Repeats the identification with different noise.
 pub fn identify(repeats: usize) -> Result<Identified, MotionError> {
     let (exact, _, angle) = slider_crank(&[])?;
     let mut solver = Solver::new(&exact, SolverSettings::default());
@@ -130,10 +130,10 @@ pub fn identify(repeats: usize) -> Result<Identified, MotionError> {
         truth.push((1..=READINGS).map(|k| motion.q[(angle, EVERY * k)]).collect::<Vec<f64>>());
     }
     let mut random = Random::new(1);
-    // Nearly normal: the sum of 12 numbers between −½ and ½.
+    // Nearly normal distribution: the sum of 12 numbers between −½ and ½.
     let mut normal = || (0..12).map(|_| random.uniform(-0.5, 0.5)).sum::<f64>();
     let (mut within, mut last) = (0, None);
-    // Residuals in standard deviations do not get small: the value is exact to some 1e-14.
+    // Residuals in standard deviations are not small, so the value is exact to some 1e-14 only.
     let options = MethodOptions { stationarity: 1e-6, ..MethodOptions::default() };
     for _ in 0..repeats {
         let noisy = truth.iter().map(|record| record.iter().map(|x| x + NOISE * normal()).collect::<Vec<f64>>());
@@ -149,7 +149,7 @@ pub fn identify(repeats: usize) -> Result<Identified, MotionError> {
         let fit = levenberg_marquardt(&mut trials, &start, &options, &mut silent)?;
         let errors = fit.standard_errors().unwrap_or_else(|| vec![0.0; TRUTH.len()]);
         let found = fit.outcome.x.iter().zip(TRUTH).zip(errors);
-        // Of logarithms: relative errors.
+        // Differences of logarithms are relative errors.
         within += found.filter(|((x, truth), error)| (*x - truth.ln()).abs() <= 2.0 * error).count();
         last = Some(fit);
     }

@@ -1,4 +1,4 @@
-//! What is asked of the motion, and how that is put to the methods.
+//! The optimisation problems, and their formulation for the methods.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -7,25 +7,25 @@ use hamiltonian_adjoint::optimize::{Free, Interval};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{Control, EndState, Error as MotionError, Grid, Inputs, Output, Sum, System};
 
-/// What is asked of the motion.
+/// Optimisation problem.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
 pub enum Name {
     /// The paper's cost, below 1e-10
     Paper,
     /// 1e-4 ∫ u² dt, links upright at 2 s
     Effort,
-    /// The same, at rest at 2.5 s
+    /// 1e-4 ∫ u² dt, links at rest at 2.5 s
     Rest,
-    /// The same, at rest at 2 s
+    /// 1e-4 ∫ u² dt, links at rest at 2 s
     #[value(name = "rest-2")]
     RestSooner,
     /// The shortest time, |u| ≤ 50 N, links upright
     Time,
-    /// The same, at rest
+    /// The shortest time, |u| ≤ 50 N, links at rest
     TimeRest,
-    /// A driven crank and rocker: a turn in 1 s that ends as it began, by the least effort
+    /// A driven crank and rocker: periodic motion with one turn in 1 s and the least effort
     Periodic,
-    /// Lengths and pivots of a crank and rocker, of which a point follows an ellipse: the best of 20 random starts
+    /// Lengths and pivots of a crank and rocker for which a point follows an ellipse; best of 20 random starts
     FourBar,
     /// Mass, friction and spring of a slider-crank from 5 noisy records of its crank's angle
     Identify,
@@ -50,15 +50,15 @@ impl Name {
     }
 }
 
-/// A problem: the system, the inputs to start from, what of them is free, and the outputs.
+/// A problem: the system, the initial inputs, their free parts, and the outputs.
 pub struct Posed {
     pub system: System,
     pub inputs: Inputs,
     pub control: Control,
     pub free: Vec<Free>,
-    /// What outputs must be.
+    /// Intervals of the outputs.
     pub constraints: Vec<(Output, Interval)>,
-    /// For multiple shooting.
+    /// Used by multiple shooting.
     pub states: Vec<EndState>,
 }
 

@@ -1,4 +1,4 @@
-//! What a method came to.
+//! Results of a method.
 
 use hamiltonian_adjoint::Inputs;
 use hamiltonian_adjoint::optimize::Outcome;
@@ -7,24 +7,24 @@ use serde_json::{Value, json};
 use super::problems::{Name, Posed};
 use crate::plot::Point;
 
-/// What a run came to.
+/// Result of a run.
 pub struct Run {
     pub name: Name,
     pub method: &'static str,
     pub outcome: Outcome,
     pub milliseconds: f64,
-    /// Of a motion.
+    /// The motion found, if the problem has one.
     pub found: Option<Found>,
 }
 
-/// The best motion of a problem, with the inputs at each iteration.
+/// The best motion of a run, with the inputs at each iteration.
 pub struct Found {
     pub posed: Posed,
     pub inputs: Inputs,
     pub iterates: Vec<Inputs>,
 }
 
-/// What the segments of multiple shooting are called, where they are no single motion.
+/// Name of a result of multiple shooting that is not a single motion.
 pub const SEGMENTS: &str = "ten segments";
 
 impl Found {
@@ -34,7 +34,7 @@ impl Found {
     }
 }
 
-/// A value with digits that count, however small it is.
+/// A value with significant digits even if it is small.
 fn digits(value: f64) -> String {
     if value.abs() < 1e-3 { format!("{value:.3e}") } else { format!("{value:.6}") }
 }
@@ -52,7 +52,7 @@ impl Run {
             format!("{:.2}", self.milliseconds),
             format!("{:.0}", 1e-3 * self.milliseconds / gradient),
             digits(outcome.value),
-            // What a fit leaves of readings violates nothing.
+            // The residuals of a fit are not violations.
             if self.name == Name::Identify { "–".to_owned() } else { format!("{:.0e}", outcome.violation) },
             format!("{:?}", outcome.reason),
         ]

@@ -1,4 +1,4 @@
-//! At rest after 2 s by multiple shooting: in ten segments from links that turn evenly without a force, and with fewer and fewer segments from there.
+//! Rest after 2 s by multiple shooting: ten segments from a guess with uniformly turning links and no force, then fewer and fewer segments.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -10,13 +10,13 @@ use super::problems::Posed;
 
 const SEGMENTS: usize = 10;
 
-/// A solution in so many segments, with what it took.
+/// A solution with the given number of segments, and the work done.
 struct Solution<'s> {
     problem: MultipleShooting<'s>,
     outcome: Outcome,
 }
 
-/// In ten segments; if they are to be merged, at last as one motion.
+/// Solves with ten segments; if they are to be merged, finally as one motion.
 pub fn solve(posed: &Posed, options: &Options, is_merged: bool) -> Result<(Outcome, Inputs), Error> {
     let (nodes, duration) = (posed.inputs.grid.nodes() as f64 - 1.0, posed.inputs.grid.steps.iter().sum::<f64>());
     let even = |node: usize, q: &mut DVector<f64>, v: &mut DVector<f64>| {
@@ -65,7 +65,7 @@ fn minimise<'s>(
     Ok(Solution { problem, outcome })
 }
 
-/// q and v at all nodes but the last.
+/// q and v at all nodes except the last.
 fn states(problem: &MultipleShooting) -> Vec<(DVector<f64>, DVector<f64>)> {
     let of_segment = |motion: &Trajectory| {
         let columns = (0..motion.q.ncols() - 1).map(|i| (motion.q.column(i).into_owned(), motion.v.column(i).into_owned()));

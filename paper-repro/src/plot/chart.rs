@@ -17,18 +17,18 @@ use crate::error::Error;
 /// A chart of series.
 #[derive(Clone)]
 pub struct Chart {
-    /// Over the chart, if not empty.
+    /// Title above the chart, if not empty.
     pub title: String,
-    /// Of several panels that of the first counts.
+    /// Of several panels, only that of the first is used.
     pub caption: Caption,
     pub x: Axis,
     pub y: Axis,
     /// A second vertical axis on the right.
     pub right: Option<Axis>,
-    /// Where the names are, if there are several; at the top they stand above the data, the axis being longer by their height.
+    /// Place of the legend, if there are several series; at the top it is above the data, and the axis is extended by its height.
     pub legend: SeriesLabelPosition,
     pub series: Vec<Series>,
-    /// Whether it has axes.
+    /// True if axes are drawn.
     pub framed: bool,
     /// Width and height in points.
     pub size: (f64, f64),
@@ -58,21 +58,21 @@ pub struct Panels {
     legend: Vec<Series>,
 }
 
-/// What axes are drawn around: with one vertical coordinate for the left and one for the right.
+/// The coordinate systems of the frame: one with the left and one with the right vertical axis.
 type Plane<'a> = DualCoordChartContext<'a, SVGBackend<'a>, Cartesian2d<Ruler, Ruler>, Cartesian2d<Ruler, Ruler>>;
 
 /// The light grey of grids.
 const GRID: RGBColor = RGBColor(228, 228, 228);
-/// Room for the labels of a vertical and of the horizontal axis, in points.
+/// Space for the labels of a vertical and of the horizontal axis, in points.
 const LABELS: (f64, f64) = (58.0, 40.0);
-/// Room outside of the labels.
+/// Margin outside the labels.
 const EDGE: f64 = 8.0;
-/// Room on the right if there is no axis, and above, where a title needs more.
+/// Space on the right without an axis, and above; a title needs more.
 const MARGIN: f64 = 14.0;
 const TITLE: f64 = 20.0;
 /// Height of a line of the legend.
 const LEGEND_LINE: f64 = 13.5;
-/// Room around the legend.
+/// Margin around the legend.
 const LEGEND_MARGIN: f64 = 5.0;
 
 impl Chart {
@@ -82,7 +82,7 @@ impl Chart {
         page::save(stem, self.size, &self.caption, &csv, |area| self.draw(area))
     }
 
-    /// The chart in this width, and so high that both axes have one scale.
+    /// The chart with this width and the height at which both axes have equal scales.
     pub fn equally_scaled(mut self, width: f64) -> Self {
         self.size = (width, 0.0);
         let [across, rest] = self.frame();
@@ -134,7 +134,7 @@ impl Chart {
         Ok(())
     }
 
-    /// The title and the room around the frame.
+    /// The title and the margins around the frame.
     fn builder<'a, 'b>(&self, area: &'b Area<'a>) -> ChartBuilder<'b, 'b, SVGBackend<'a>> {
         let mut builder = ChartBuilder::on(area);
         builder.margin_top(units(MARGIN)).margin_left(units(EDGE)).margin_right(units(MARGIN));
@@ -179,7 +179,7 @@ impl Chart {
         Ok(())
     }
 
-    /// Of x, y on the left and y on the right.
+    /// Ranges of x, y on the left and y on the right.
     fn rulers(&self) -> [Ruler; 3] {
         let share = (self.legend_room() / self.frame()[1]).min(0.6);
         let vertical = |axis: &Axis, right: bool| {
@@ -190,7 +190,7 @@ impl Chart {
         [x, vertical(&self.y, false), vertical(self.right.as_ref().unwrap_or(&self.y), true)]
     }
 
-    /// Height that a legend above the data needs, in points.
+    /// Height of a legend above the data, in points.
     fn legend_room(&self) -> f64 {
         use SeriesLabelPosition::{UpperLeft, UpperMiddle, UpperRight};
         let above = matches!(self.legend, UpperLeft | UpperMiddle | UpperRight) && self.names() > 1;
@@ -214,7 +214,7 @@ impl Chart {
     }
 }
 
-/// Heading of a column: the name of the series, and the label of its axis unless that repeats the name or the name has a unit.
+/// Heading of a column: the name of the series, and the label of its axis unless it repeats the name or the name contains a unit.
 fn heading(name: &str, label: &str) -> String {
     let name = name.trim_end_matches(" (left axis)").trim_end_matches(" (right axis)");
     let label = label.split_inclusive(']').next().unwrap_or(label);
@@ -228,7 +228,7 @@ fn heading(name: &str, label: &str) -> String {
 }
 
 impl Panels {
-    /// Charts in so many columns; the legend that all of them have in common stands once, above them.
+    /// Charts in the given number of columns; a legend common to all of them is drawn once, above them.
     pub fn new(mut charts: Vec<Chart>, columns: usize) -> Self {
         let mut legend: Vec<Series> = charts.first().into_iter().flat_map(Chart::listed).cloned().collect();
         let same =
@@ -243,7 +243,7 @@ impl Panels {
 
     /// Writes `<stem>.svg`, `<stem>.png` and, in long form, `<stem>.csv`.
     pub fn save(&self, stem: &Path) -> Result<(), Error> {
-        // Panels above others have no label of their own.
+        // Only the lowest panels have a label on the horizontal axis.
         let label = self.charts.iter().map(|chart| chart.x.label.as_str()).rfind(|label| !label.is_empty());
         let data = self.named().flat_map(|(panel, chart)| {
             let row = move |(name, points): (String, &[Point])| csv::points(&[&panel, &name], points);
@@ -252,7 +252,7 @@ impl Panels {
         self.save_with(stem, &["panel", "series", label.unwrap_or("x"), "y"], data)
     }
 
-    /// The same of sketches, their shapes being numbered.
+    /// Writes the files of sketches; the data are in long form with numbered shapes.
     pub fn save_shapes(&self, stem: &Path) -> Result<(), Error> {
         let [x, y] = self.charts.first().map_or(["x", "y"], |chart| [&chart.x.label, &chart.y.label]);
         let data = self.named().flat_map(|(panel, chart)| {
@@ -279,7 +279,7 @@ impl Panels {
         })
     }
 
-    /// The common legend in one line, in the middle: a chart without axes whose unit is the point.
+    /// The common legend in one centred line: a chart without axes whose unit is the point.
     fn draw_legend(&self, strip: &Area, [width, height]: [f64; 2]) -> Result<(), Error> {
         let style = font(SMALL + 1.0, FontStyle::Normal).into_text_style(strip);
         let length = |series: &Series| Ok(SAMPLE + 6.0 + points(strip.estimate_text_size(&series.name, &style)?.0));
@@ -295,7 +295,7 @@ impl Panels {
         Chart { series: series.collect(), framed: false, x: axis(width), y: axis(height), ..Chart::default() }.draw(strip)
     }
 
-    /// The charts, one without a title being called by its number.
+    /// The charts with their titles, or their numbers if they have no title.
     fn named(&self) -> impl Iterator<Item = (String, &Chart)> {
         (1..).zip(&self.charts).map(|(number, chart)| {
             let name = if chart.title.is_empty() { number.to_string() } else { chart.title.clone() };

@@ -1,13 +1,13 @@
-//! Comma-separated values, numbers in the fewest digits that read back the same.
+//! Comma-separated values; numbers have the fewest digits that reproduce them exactly.
 
 use super::Point;
 
-/// A line of fields, each quoted where it must be.
+/// A line of fields, quoted if necessary.
 pub(super) fn line(fields: &[impl AsRef<str>]) -> String {
     fields.iter().map(|field| quoted(field.as_ref())).collect::<Vec<_>>().join(",") + "\n"
 }
 
-/// Named series: a column to each if all have the same x, else in long form.
+/// Named series: one column for each if all have the same x, else in long form.
 pub(super) fn series([x_label, y_label]: [&str; 2], series: &[(String, &[Point])]) -> String {
     let Some(((_, first), rest)) = series.split_first() else {
         return String::new();
@@ -26,7 +26,7 @@ pub(super) fn series([x_label, y_label]: [&str; 2], series: &[(String, &[Point])
     out
 }
 
-/// A row for each point, behind what all have in common.
+/// A row for each point, preceded by the common fields.
 pub(super) fn points(common: &[&str], points: &[Point]) -> String {
     let row = |(x, y): &Point| line(&[common, &[&number(*x), &number(*y)]].concat());
     points.iter().map(row).collect()
@@ -37,7 +37,7 @@ fn number(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// The field, in quotes if it has a comma, a quote or a line break.
+/// The field, in quotes if it contains a comma, a quote or a line break.
 fn quoted(field: &str) -> String {
     if field.contains([',', '"', '\n', '\r']) { format!("\"{}\"", field.replace('"', "\"\"")) } else { field.to_owned() }
 }

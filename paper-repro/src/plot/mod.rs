@@ -16,12 +16,12 @@ pub use plotters::style::text_anchor::HPos as Side;
 pub use ruler::Axis;
 pub use series::{Series, Style};
 
-/// A number with an exponent, as it is set in print: 1.6·10⁻⁴ for `1.6e-4`.
+/// A number with a typeset exponent: 1.6·10⁻⁴ for `1.6e-4`.
 pub fn scientific(number: &str) -> String {
     ruler::scientific(number)
 }
 
-/// The words about a figure: they are the SVG's description and a text file beside it, and stand below the picture if they are shown.
+/// The caption of a figure: written to the SVG's description and to a text file, and drawn below the picture if it is shown.
 #[derive(Clone, Debug, Default)]
 pub struct Caption {
     pub text: String,
@@ -31,7 +31,7 @@ pub struct Caption {
 /// A point of the data, x to the right and y up.
 pub type Point = (f64, f64);
 
-/// The colours of Okabe and Ito, told apart by colour-blind readers, and a grey for what stands behind.
+/// The colours of Okabe and Ito, which colour-blind readers can distinguish, and a grey for the background.
 pub mod colour {
     use super::Colour;
 
@@ -103,7 +103,7 @@ mod tests {
         let axis = |range| Axis { range: Some(range), ..Axis::default() };
         let chart =
             Chart { x: axis((-1.0, 3.0)), y: axis((0.0, 2.0)), framed: false, ..Chart::default() }.equally_scaled(422.0);
-        // 22 and 14 points are beside the frame.
+        // The margins of the frame are 22 and 14 points.
         assert_eq!(chart.size, (422.0, 214.0));
     }
 

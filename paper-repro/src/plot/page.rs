@@ -12,14 +12,14 @@ use super::{Caption, Colour};
 use crate::error::Error;
 use crate::files;
 
-/// Units of the SVG to the point: plotters places marks on whole units.
+/// Units of the SVG per point; plotters places marks on whole units.
 const UNITS: f64 = 8.0;
 /// The em of labels, in points.
 pub const SMALL: f64 = 10.0;
 /// The em of titles, in points.
 pub const LARGE: f64 = 12.0;
 
-/// What is drawn on.
+/// The drawing area.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// A length in points in the units of the page.
@@ -34,7 +34,7 @@ pub fn points(units: u32) -> f64 {
 
 /// A font with this em in points.
 pub fn font(em: f64, style: FontStyle) -> FontDesc<'static> {
-    // plotters writes a font into an SVG by this factor smaller.
+    // plotters reduces the size of a font in an SVG by this factor.
     FontDesc::new(FontFamily::SansSerif, 1.24 * em * UNITS, style)
 }
 
@@ -43,11 +43,11 @@ pub fn pen(colour: Colour, width: f64) -> ShapeStyle {
     colour.stroke_width(units(width) as u32)
 }
 
-/// Height of a line of the caption, and room around it.
+/// Height of a line of the caption, and its margin.
 const CAPTION_LINE: f64 = 14.0;
 const CAPTION_EDGE: f64 = 8.0;
 
-/// Writes the files of the stem. The picture has this size in points, whatever is drawn on it; a caption that is shown stands below.
+/// Writes the files of the stem. The picture has this size in points; a caption that is shown is placed below it.
 pub fn save(
     stem: &Path,
     size: (f64, f64),
@@ -67,7 +67,7 @@ pub fn save(
         }
         Ok(())
     })?;
-    // The stem may itself have a dot (`fig5.a`).
+    // The stem may itself contain a dot (`fig5.a`).
     files::write(&stem.with_added_extension("csv"), csv)?;
     if !caption.text.is_empty() {
         files::write(&stem.with_added_extension("txt"), format!("{}\n", caption.text))?;
@@ -85,7 +85,7 @@ fn described(svg: &str, caption: &str) -> String {
 }
 
 fn svg((width, height): (f64, f64), draw: impl FnOnce(&Area) -> Result<(), Error>) -> Result<String, Error> {
-    // By these fonts plotters measures text.
+    // plotters measures text with these fonts.
     for (style, bytes) in [(FontStyle::Normal, dejavu::sans::regular()), (FontStyle::Bold, dejavu::sans::bold())] {
         register_font("sans-serif", style, bytes).map_err(|_| Error::drawing("the font is not readable"))?;
     }

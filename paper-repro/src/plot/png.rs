@@ -7,7 +7,7 @@ use resvg::usvg::{Options, Tree, fontdb};
 
 use crate::error::Error;
 
-/// Pixels to the point.
+/// Pixels per point.
 const PIXELS: f32 = 2.0;
 
 /// The picture as PNG.

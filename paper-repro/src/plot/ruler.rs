@@ -1,6 +1,6 @@
-//! Axes, and the coordinate that plotters draws them by: linear, or the decimal logarithm.
+//! Axes, and the coordinate with which plotters draws them: linear, or the decimal logarithm.
 //!
-//! The logarithmic coordinate of plotters has no ticks below 1e-16, where most of our errors are.
+//! The logarithmic coordinate of plotters has no ticks below 1e-16, but many errors are that small.
 
 use std::ops::Range;
 
@@ -10,14 +10,14 @@ use plotters::data::float::pretty_print_float;
 
 use crate::statistics::range;
 
-/// An axis as asked for.
+/// Specification of an axis.
 #[derive(Clone, Debug, Default)]
 pub struct Axis {
     /// The quantity with its unit.
     pub label: String,
-    /// On a logarithmic axis the least value shown, smaller ones being drawn there; if it is 0, those not positive are left out.
+    /// Least value shown on a logarithmic axis; smaller values are drawn there. If it is 0, values that are not positive are omitted.
     pub floor: Option<f64>,
-    /// The least and greatest value shown, found from the data if not given.
+    /// The least and greatest value shown; determined from the data if not given.
     pub range: Option<(f64, f64)>,
 }
 
@@ -27,12 +27,12 @@ impl Axis {
         Self { label: label.into(), ..Self::default() }
     }
 
-    /// A logarithmic axis that fits the data, its least value the floor.
+    /// A logarithmic axis that fits the data; its least value is the floor.
     pub fn log(label: impl Into<String>, floor: f64) -> Self {
         Self { label: label.into(), floor: Some(floor), range: None }
     }
 
-    /// The axis with its range decided, a share of it being left free at both ends.
+    /// The axis with its range, in which a fraction at both ends is left free.
     pub fn fit(&self, values: impl Iterator<Item = f64>, margin: f64) -> Ruler {
         let whole = Ruler { floor: self.floor, low: f64::NEG_INFINITY, high: f64::INFINITY };
         if let Some((low, high)) = self.range {
@@ -70,22 +70,22 @@ impl Ruler {
         if self.floor.is_some() { 10f64.powf(position) } else { position }
     }
 
-    /// From 0 at the least to 1 at the greatest value shown, where values beyond them are drawn too; none if it has no place.
+    /// Position from 0 at the least to 1 at the greatest value shown; values outside are clamped. `None` if the position is not finite.
     pub fn fraction(&self, value: f64) -> Option<f64> {
         let fraction = (self.position(value) - self.low) / (self.high - self.low);
         fraction.is_finite().then(|| fraction.clamp(0.0, 1.0))
     }
 
-    /// The same with such a share of the axis left free above the data.
+    /// The axis with the given fraction left free above the data.
     pub fn with_free(self, share: f64) -> Self {
         Self { high: self.low + (self.high - self.low) / (1.0 - share), ..self }
     }
 
-    /// Powers of ten, also 2 and 5 times those if they are few.
+    /// Powers of ten, and 2 and 5 times these if there are few.
     fn decades(&self, most: usize) -> Vec<f64> {
         let stride = ((self.high - self.low) / most.max(1) as f64).ceil().max(1.0) as i32;
         let parts: &[f64] = if self.high - self.low < 2.5 { &[1.0, 2.0, 5.0] } else { &[1.0] };
-        // A floor in sight has a tick.
+        // A visible floor has a tick.
         let first = self.floor.filter(|floor| *floor > 0.0).map_or(0, |floor| floor.log10().round() as i32);
         let exponents =
             (self.low.floor() as i32..=self.high.ceil() as i32).filter(|exponent| (exponent - first) % stride == 0);
@@ -128,7 +128,7 @@ impl ValueFormatter<f64> for Ruler {
     }
 }
 
-/// The number as it is set in print: `1e-4` as 10⁻⁴, `-2e7` as −2·10⁷.
+/// The number in typeset form: `1e-4` as 10⁻⁴, `-2e7` as −2·10⁷.
 pub(super) fn scientific(number: &str) -> String {
     let (mantissa, exponent) = number.split_once('e').unwrap_or((number, ""));
     let mantissa = mantissa.replace('-', "−");

@@ -1,4 +1,4 @@
-//! What charts are made of: curves, clouds of points, and the shapes of sketches.
+//! Elements of charts: curves, clouds of points, and shapes of sketches.
 
 use plotters::backend::SVGBackend;
 use plotters::chart::SeriesAnno;
@@ -12,18 +12,18 @@ use super::page::{Area, SMALL, font, pen, units};
 use super::ruler::Ruler;
 use super::{Colour, Point, colour};
 
-/// How a series is drawn.
+/// Style of a series.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     Line,
     Dashed,
     Circles,
     Crosses,
-    /// A line with open circles, thinned where they would touch.
+    /// A line with open circles, fewer of them if they would touch.
     LineAndCircles,
     /// The area within a closed line.
     Filled,
-    /// A line with an arrow at its end, or at so many of its ends.
+    /// A line with arrows at the given number of its ends.
     Arrow(usize),
     /// A line hatched on the right of its direction.
     Hatched,
@@ -32,22 +32,22 @@ pub enum Style {
 /// A curve, a cloud of points or a shape.
 #[derive(Clone)]
 pub struct Series {
-    /// Its name in the legend, or what shape it is.
+    /// Name in the legend, or kind of shape.
     pub name: String,
-    /// Its points; those not finite interrupt the line.
+    /// The points; points that are not finite interrupt the line.
     pub points: Vec<Point>,
     pub colour: Colour,
     pub style: Style,
     /// Width of the line in points.
     pub width: f64,
-    /// Whether its y is that of the right axis.
+    /// True if y refers to the right axis.
     pub right_axis: bool,
-    /// Whether the legend has it.
+    /// True if the legend contains the series.
     pub listed: bool,
     pub note: Option<Note>,
 }
 
-/// Words beside a point of the data: so many points to the right and up from it, with this side of them.
+/// A note beside a point of the data: its offset to the right and up in points, and the side of the text at that position.
 #[derive(Clone)]
 pub struct Note {
     pub words: String,
@@ -61,10 +61,10 @@ pub(super) const SAMPLE: f64 = 22.0;
 /// Radius of markers, and the width of their lines.
 const RADIUS: f64 = 3.25;
 const RIM: f64 = 1.25;
-/// Length of the head of an arrow, and between the lines of a hatching.
+/// Length of the head of an arrow, and distance between the lines of a hatching.
 const HEAD: f64 = 7.0;
 
-/// Something to draw at points of the data.
+/// A drawing element at points of the data.
 type Element<'a> = DynElement<'a, SVGBackend<'a>, Point>;
 
 impl Series {
@@ -73,22 +73,22 @@ impl Series {
         Series { name: name.into(), points, colour, style, width: 1.5, right_axis: false, listed: true, note: None }
     }
 
-    /// Values over their times.
+    /// A series of values over times.
     pub fn over(times: &[f64], values: &[f64], name: impl Into<String>, colour: Colour, style: Style) -> Self {
         Self::new(name, times.iter().copied().zip(values.iter().copied()).collect(), colour, style)
     }
 
-    /// A shape of a sketch, which no legend has.
+    /// A shape of a sketch, which does not appear in a legend.
     pub fn shape(kind: &str, points: Vec<Point>, colour: Colour, style: Style, width: f64) -> Self {
         Series { width, listed: false, ..Self::new(kind, points, colour, style) }
     }
 
-    /// The same with words beside a point.
+    /// The series with a note beside a point.
     pub fn noted(self, words: impl Into<String>, at: Point, away: Point, side: HPos) -> Self {
         Series { note: Some(Note { words: words.into(), at, away, side }), ..self }
     }
 
-    /// The line, in pieces where points are missing, the markers and the arrows or hatching, in a frame of this size in points.
+    /// The line (interrupted at missing points), markers, and arrows or hatching, in a frame of this size in points.
     pub(super) fn elements<'a>(&self, [x, y]: [Ruler; 2], [width, height]: [f64; 2]) -> Vec<Element<'a>> {
         let place = |point: &Point| Some((width * x.fraction(point.0)?, height * y.fraction(point.1)?));
         let pieces = self.points.split(|point| place(point).is_none());
@@ -113,7 +113,7 @@ impl Series {
         elements
     }
 
-    /// The words beside a point.
+    /// The note beside a point.
     pub(super) fn words<'a>(&self, area: &Area<'a>) -> Option<Element<'a>> {
         let Note { words, at, away, side } = self.note.as_ref()?;
         let style = font(SMALL + 1.0, FontStyle::Normal).color(&self.colour).into_text_style(area);
@@ -121,7 +121,7 @@ impl Series {
         Some((EmptyElement::at(*at) + Text::new(words.clone(), (units(away.0), -units(away.1)), style)).into_dyn())
     }
 
-    /// Enters the name into the legend, with a sample of the line and the marker.
+    /// Adds the name to the legend, with a sample of the line and the marker.
     pub(super) fn name<'a>(&self, legend: &mut SeriesAnno<'a, SVGBackend<'a>>) {
         let (line, rim, half) = (pen(self.colour, self.width), pen(self.colour, RIM), units(0.5 * SAMPLE));
         let middle = move |(x, y): (i32, i32)| EmptyElement::at((x + half, y));
@@ -138,7 +138,7 @@ impl Series {
         };
     }
 
-    /// A sample of it with its name beside it, at so many points from the left and from below.
+    /// A sample with the name beside it, at the given distances from the left and from below in points.
     pub(super) fn sample(&self, (left, above): Point) -> [Series; 2] {
         let right = left + SAMPLE;
         let points = match self.style {
@@ -150,7 +150,7 @@ impl Series {
         [Series { points, listed: false, ..self.clone() }, words]
     }
 
-    /// Whether a legend shows another series alike.
+    /// True if a legend shows another series in the same way.
     pub(super) fn looks_like(&self, other: &Series) -> bool {
         (&self.name, self.colour, self.style) == (&other.name, other.colour, other.style)
     }
@@ -177,7 +177,7 @@ impl Series {
         }
     }
 
-    /// The head of an arrow with its tail at a place in points and its tip at a point of the data that is there.
+    /// The head of an arrow, whose tip is at a point of the data; tail and tip also as positions in points.
     fn head<'a>(&self, tail: Point, (tip, there): (Point, Point)) -> Element<'a> {
         let (beside, _) = along(tail, there);
         let corners = vec![(0, 0), beside(-HEAD, 0.4 * HEAD), beside(-HEAD, -0.4 * HEAD)];
@@ -185,12 +185,12 @@ impl Series {
     }
 }
 
-/// A marker beside which nothing is.
+/// A circular marker.
 fn circle(style: ShapeStyle) -> Circle<(i32, i32), i32> {
     Circle::new((0, 0), units(RADIUS), style)
 }
 
-/// The hatching of a line from a point of the data, with its place in points, to another place.
+/// The hatching of a line from a point of the data, given also as a position in points, to another position.
 fn hatching<'a>((from, there): (Point, Point), to: Point) -> impl Iterator<Item = Element<'a>> {
     let (beside, length) = along(there, to);
     (1..=(length / HEAD) as u32).map(move |stroke| {
@@ -200,7 +200,7 @@ fn hatching<'a>((from, there): (Point, Point), to: Point) -> impl Iterator<Item 
     })
 }
 
-/// What lies so many points ahead and to the right on the way between two places, in units of the page, and how long the way is.
+/// Converts offsets ahead and to the right of the line between two positions to units of the page; also returns the line's length.
 fn along(from: Point, to: Point) -> (impl Fn(f64, f64) -> (i32, i32), f64) {
     let (right, up) = (to.0 - from.0, to.1 - from.1);
     let length = right.hypot(up).max(1e-9);

@@ -31,7 +31,7 @@ pub fn trials() -> Vec<Trial> {
         like("double pendulum, elbow hinged twice", 4.0, || scenes::doubled_hinge(2), || scenes::doubled_hinge(1)),
         like("double pendulum, elbow hinged three times", 6.0, || scenes::doubled_hinge(3), || scenes::doubled_hinge(1)),
         like(
-            "parallelogram with a third crank, against one held by half a hinge",
+            "parallelogram with a third crank, compared with one held by half a hinge",
             12.0,
             || scenes::parallelogram(3, -1.2),
             || scenes::parallelogram_with_half_a_hinge(-1.2),

@@ -1,4 +1,4 @@
-//! Errors of J and of its gradient in the continuous problem, and the time they take, over the number of macro steps.
+//! Errors of J and of its gradient with respect to the continuous problem, and run times, over the number of macro steps.
 
 use std::hint::black_box;
 
@@ -13,24 +13,24 @@ use crate::stopwatch::{Job, Repeats};
 
 /// Intervals between the knots of the control.
 const INTERVALS: usize = 100;
-/// Relative errors above this belong to the scheme and not to rounding or the reference, for J and for its gradient.
+/// Relative errors above these are errors of the scheme, not of rounding or the reference, for J and for its gradient.
 const FLOORS: (f64, f64) = (3e-12, 3e-11);
 
-/// A method over numbers of macro steps.
+/// A method with several numbers of macro steps.
 #[derive(Clone, Debug, Serialize)]
 pub struct Convergence {
     pub scheme: &'static str,
-    /// Implicit stages to a macro step.
+    /// Implicit stages per macro step.
     pub stages: usize,
-    /// The order that theory promises for J and its gradient.
+    /// The theoretical order of J and its gradient.
     pub order: usize,
     #[serde(skip)]
     pub colour: Colour,
-    /// How the control is read at inner nodes, which J of a constant control does not depend on.
+    /// Interpolation of the control at inner nodes; J of a constant control does not depend on it.
     pub reading: Reading,
     pub order_of_cost: Option<f64>,
     pub order_of_gradient: Option<f64>,
-    /// The runs, coarse to fine.
+    /// The runs, from coarse to fine.
     pub runs: Vec<Run>,
 }
 
@@ -48,7 +48,7 @@ pub struct Run {
 }
 
 impl Convergence {
-    /// What it is called in figures and tables.
+    /// Name in figures and tables.
     pub fn label(&self) -> String {
         match self.reading {
             Reading::Piece => self.scheme.to_owned(),
@@ -56,7 +56,7 @@ impl Convergence {
         }
     }
 
-    /// Finds the orders that the runs show.
+    /// Computes the observed orders.
     pub fn new(method: &Method, reading: Reading, runs: Vec<Run>) -> Self {
         let mut convergence = Convergence {
             scheme: method.name,
@@ -95,13 +95,13 @@ impl Convergence {
 }
 
 impl Run {
-    /// Implicit stages in all.
+    /// Total number of implicit stages.
     fn steps(&self, stages: usize) -> f64 {
         (self.macro_steps * stages) as f64
     }
 }
 
-/// The macro steps to be tried: 25, 50, … up to where rounding begins.
+/// The numbers of macro steps: 25, 50, … up to the onset of rounding errors.
 fn macro_steps(method: &Method, short: bool) -> Vec<usize> {
     let most = if short { method.finest_short } else { method.finest };
     std::iter::successors(Some(25), |steps| Some(2 * steps)).take_while(|steps| *steps <= most).collect()
@@ -129,12 +129,12 @@ pub fn measure(
     cases.iter().zip(&grids).map(converge).collect()
 }
 
-/// A grid and what the control on it is made of.
+/// A grid and the knots of the control on it.
 struct GridOfCase {
     macro_steps: usize,
     inputs: Inputs,
     settings: Settings,
-    /// Where macro steps fit between knots.
+    /// The interpolation between knots, if macro steps fit between them.
     knots: Option<Interpolation>,
 }
 
@@ -150,7 +150,7 @@ impl GridOfCase {
         }
     }
 
-    /// What is timed: J and, where there is one, the gradient; each with a solver of its own.
+    /// The timed jobs: J and, if there is one, the gradient; each has its own solver.
     fn jobs<'a>(&'a self, system: &'a System) -> Vec<Job<'a>> {
         let mut solver = Solver::new(system, self.settings);
         let cost: Job = Box::new(move || {
@@ -169,7 +169,7 @@ impl GridOfCase {
         std::iter::once(cost).chain(gradient).collect()
     }
 
-    /// The errors, with the times of the jobs.
+    /// The errors, combined with the times of the jobs.
     fn run(&self, system: &System, reference: &Reference, times: &mut impl Iterator<Item = f64>) -> Result<Run, Error> {
         let gradient = gradient(system, &self.inputs, self.settings)?;
         let knots = self.knots.as_ref().map(|knots| knots.pull_back(&gradient.controls));

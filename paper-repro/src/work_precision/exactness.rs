@@ -1,4 +1,4 @@
-//! How far the adjoint on composed grids is from complex step on the same grids: only rounding.
+//! Differences between the adjoint and complex step on composed grids: only rounding errors.
 
 use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::{Error, System, gradient};
@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{METHODS, Method};
 use crate::statistics::relative_difference;
 
-/// Controls and as many step lengths that are compared on each grid.
+/// Number of controls, and of step lengths, that are compared on each grid.
 const SAMPLES: usize = 24;
 
 /// The differences on one grid, in the maximum norm, relative to the largest derivative of that kind.
@@ -15,7 +15,7 @@ const SAMPLES: usize = 24;
 pub struct Exactness {
     pub scheme: &'static str,
     pub macro_steps: usize,
-    /// Steps of the rule to a macro step.
+    /// Steps of the rule per macro step.
     pub stages: usize,
     pub controls: f64,
     pub steps: f64,
@@ -43,7 +43,7 @@ fn compare(system: &System, method: &Method, macro_steps: usize) -> Result<Exact
     })
 }
 
-/// Numbers from the first to the last, evenly spread as far as whole numbers can be, so that all stages have their turn.
+/// Whole numbers from the first to the last, spread as evenly as possible, so that every stage occurs.
 fn sample(first: usize, last: usize) -> impl Iterator<Item = usize> {
     let count = SAMPLES.min(last - first + 1);
     (0..count).map(move |index| first + index * (last - first) / (count - 1).max(1))

@@ -1,4 +1,4 @@
-//! The figures: errors over run time and over steps, and the errors of ways to the gradient.
+//! The figures: errors over run time and over steps, and errors of several methods for the gradient.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::statistics::range;
 
 /// The size of one of two panels side by side.
 const PANEL: (f64, f64) = (450.0, 420.0);
-/// The relative errors that are shown.
+/// Range of the relative errors that are shown.
 const ERRORS: (f64, f64) = (1e-15, 1e-1);
 
 /// Draws all figures into the folder.
@@ -59,7 +59,7 @@ fn chart(title: &str, series: impl Iterator<Item = Series>) -> Chart {
     }
 }
 
-/// The panels over the same stretch of their horizontal axes.
+/// The panels with a common range of their horizontal axes.
 fn side_by_side(charts: [Chart; 2], x: &str) -> Panels {
     let values = charts.iter().flat_map(|chart| &chart.series).flat_map(|it| &it.points).map(|it| it.0);
     let axis = Axis { range: Some(stretch(values)), ..Axis::log(x, 0.0) };
@@ -67,17 +67,17 @@ fn side_by_side(charts: [Chart; 2], x: &str) -> Panels {
     Panels::new(charts.to_vec(), 2)
 }
 
-/// From the least to the greatest value with some room on a logarithmic axis.
+/// Range from the least to the greatest value with a margin on a logarithmic axis.
 fn stretch(values: impl Iterator<Item = f64>) -> (f64, f64) {
     const ROOM: f64 = 1.5;
     let (least, greatest) = range(values);
     (least / ROOM, greatest * ROOM)
 }
 
-/// Errors over the step size, with the levels of methods that have none, and the least error over the time.
+/// Errors over the step size, with constant levels for methods without step size, and least errors over the time.
 fn methods(measured: &Methods) -> Panels {
     let named = |name: &str, colour, style, points| Series::new(name, points, colour, style);
-    // The third is a complex step too.
+    // The third curve is complex step, too.
     let exact = || measured.exact.iter().zip([(colour::BLACK, Style::Line), (colour::ORANGE, Style::Dashed)]);
     let stepped = || measured.stepped.iter().zip([colour::BLUE, colour::RED, colour::GREEN]);
     let (least, greatest) = stretch(measured.stepped.iter().flat_map(|method| &method.errors).map(|run| run.0));

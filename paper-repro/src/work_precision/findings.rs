@@ -1,4 +1,4 @@
-//! What was expected, what was found, and whether that will do; times are never judged.
+//! Expected and actual results with verdicts; times are never judged.
 
 use super::Measured;
 use super::convergence::Convergence;
@@ -9,7 +9,7 @@ use crate::table::{Row, Rows, Verdict};
 
 /// Relative differences up to this are rounding.
 const ROUNDING: f64 = 1e-12;
-/// How far an observed order may be from the promised one, as a share of that.
+/// Permitted deviation of an observed order, relative to the theoretical one.
 const SHARE: f64 = 0.05;
 
 /// The rows of the table.
@@ -17,7 +17,7 @@ pub fn rows(rows: &[Row]) -> Rows<'_> {
     Rows { keys: ["what", "of", "expected", "found"], heads: ["What", "Scheme or method", "Expected", "Found"], rows }
 }
 
-/// All findings about what was measured.
+/// All findings about the measurements.
 pub fn all(measured: &Measured) -> Vec<Row> {
     let mut findings = orders(&measured.convergence);
     findings.extend(exactness(&measured.exactness));
@@ -35,7 +35,7 @@ fn orders(all: &[Convergence]) -> Vec<Row> {
             false => (format!("less than {promised}: kinks inside macro steps"), Verdict::Reported),
             true => (promised.to_string(), if near { Verdict::Confirmed } else { Verdict::Failed }),
         };
-        let found = found.map_or("no two runs above rounding".to_owned(), |found| format!("{found:.2}"));
+        let found = found.map_or("fewer than two runs above rounding".to_owned(), |found| format!("{found:.2}"));
         Row::new(what, scheme.label(), expected, found, verdict)
     };
     let by_pieces = all.iter().filter(|scheme| scheme.reading == Reading::Piece);
@@ -44,7 +44,7 @@ fn orders(all: &[Convergence]) -> Vec<Row> {
     costs.chain(gradients).collect()
 }
 
-/// The worst differences of each scheme.
+/// The largest differences of each scheme.
 fn exactness(all: &[Exactness]) -> Vec<Row> {
     let of_one_scheme = |grids: &[Exactness]| {
         let worst = |difference: fn(&Exactness) -> f64| largest(grids.iter().map(difference));
@@ -58,9 +58,9 @@ fn exactness(all: &[Exactness]) -> Vec<Row> {
     all.chunk_by(|a, b| a.scheme == b.scheme).map(of_one_scheme).collect()
 }
 
-/// The errors of the methods and their costs.
+/// The errors and costs of the methods.
 fn methods(measured: &Measured) -> Vec<Row> {
-    let what = "dJ/du at 101 nodes, against 128-bit floats";
+    let what = "dJ/du at 101 nodes, compared with 128-bit floats";
     let exacts = measured.methods.exact.iter().map(|method| {
         let found = format!("{:.1e}, in the time of {} simulations", method.error, cost(method.cost));
         Row::new(what, method.name, format!("≤ {ROUNDING:.0e}"), found, exact(method.error))
@@ -73,12 +73,12 @@ fn methods(measured: &Measured) -> Vec<Row> {
     exacts.chain(stepped).collect()
 }
 
-/// The number in about three digits.
+/// The number with about three digits.
 fn cost(simulations: f64) -> String {
     if simulations < 10.0 { format!("{simulations:.2}") } else { format!("{simulations:.0}") }
 }
 
-/// Whether a relative difference is only rounding.
+/// Verdict on a relative difference: it must be a rounding error.
 fn exact(difference: f64) -> Verdict {
     if difference <= ROUNDING { Verdict::Confirmed } else { Verdict::Failed }
 }
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
     use crate::work_precision::METHODS;
 
-    /// Orders as they would be found.
+    /// Orders as if they had been observed.
     fn scheme(reading: Reading, order: Option<f64>) -> Convergence {
         let mut scheme = Convergence::new(&METHODS[1], reading, Vec::new());
         (scheme.order_of_cost, scheme.order_of_gradient) = (order, order);

@@ -4,13 +4,13 @@ use hamiltonian_adjoint::Composition;
 use nalgebra::DMatrix;
 use serde::Serialize;
 
-/// How the control is had at the nodes between the ends of macro steps.
+/// Interpolation of the control at the nodes between the ends of macro steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reading {
-    /// From the linear piece of the macro step, continued to nodes outside of it: smooth for the scheme.
+    /// By the linear piece of the macro step, extrapolated to nodes outside it: smooth for the scheme.
     Piece,
-    /// From the time of the node, also if a kink lies between it and its macro step: not smooth.
+    /// At the time of the node, even if a kink lies between the node and its macro step: not smooth.
     Time,
 }
 
@@ -22,7 +22,7 @@ pub struct Interpolation {
 }
 
 impl Interpolation {
-    /// The control read in this way; `parts` macro steps go into the interval between two knots.
+    /// The control with this interpolation; `parts` macro steps fill the interval between two knots.
     pub fn new(reading: Reading, intervals: usize, parts: usize, composition: Composition) -> Self {
         let node = |(step, end): (usize, f64)| match reading {
             Reading::Piece => (step / parts, ((step % parts) as f64 + end) / parts as f64),
@@ -43,7 +43,7 @@ impl Interpolation {
         DMatrix::from_iterator(1, self.nodes.len(), self.nodes.iter().map(|&(k, s)| (1.0 - s) * x[k] + s * x[k + 1]))
     }
 
-    /// dJ/dx from dJ/du: the transposed of the interpolation.
+    /// dJ/dx from dJ/du: the transpose of the interpolation.
     pub fn pull_back(&self, dj_du: &DMatrix<f64>) -> Vec<f64> {
         let mut dj_dx = vec![0.0; self.intervals + 1];
         for (&(k, s), derivative) in self.nodes.iter().zip(dj_du) {
@@ -79,7 +79,7 @@ mod tests {
         let [pieces, time] = [Reading::Piece, Reading::Time].map(new);
         assert!((pieces(2, 1, Composition::Yoshida6).controls(&hat)[2] - end).abs() < 1e-15);
         assert!((time(2, 1, Composition::Yoshida6).controls(&hat)[2] - (2.0 - end)).abs() < 1e-15);
-        // The stages of these two stay inside, and there is nothing to choose.
+        // The stages of these two compositions lie inside the macro step, so both interpolations are equal.
         for composition in [Composition::Suzuki4, Composition::KahanLi6] {
             let difference = pieces(2, 2, composition).controls(&hat) - time(2, 2, composition).controls(&hat);
             assert!(difference.amax() < 1e-14);

@@ -1,4 +1,4 @@
-//! The gradient with respect to 101 controls by different methods, against 128-bit floats: errors and costs.
+//! The gradient with respect to 101 controls by several methods, compared with 128-bit floats: errors and costs.
 
 use hamiltonian_adjoint::check::Input;
 use hamiltonian_adjoint::{Cx, Error, Inputs, LiftedSolver, Real, Settings, Solver, System, gradient};
@@ -11,15 +11,15 @@ use crate::stopwatch::{Repeats, simulation, value_and_gradient};
 
 /// Steps of the trapezoidal rule, as in the paper.
 const STEPS: usize = 100;
-/// The step size of timed runs, N; the time hardly depends on it.
+/// The step size of timed runs, N; run times hardly depend on it.
 const USUAL: f64 = 1e-6;
-/// The step size of a complex step that is as good as none, N.
+/// A step size of complex step that causes no truncation error, N.
 const TINY: f64 = 1e-30;
 
-/// dJ/dx for one input x, with a step size that not every method needs.
+/// dJ/dx for one input x; not every method uses the step size.
 type Derivative<'a> = Box<dyn FnMut(Input, f64) -> Result<f64, Error> + 'a>;
 
-/// All methods.
+/// Results of all methods.
 #[derive(Clone, Debug, Serialize)]
 pub struct Methods {
     /// Time of one simulation, s: the unit of costs.
@@ -28,7 +28,7 @@ pub struct Methods {
     pub stepped: Vec<Stepped>,
 }
 
-/// A method without a step size to choose.
+/// A method without a step size.
 #[derive(Clone, Debug, Serialize)]
 pub struct Exact {
     pub name: &'static str,
@@ -42,7 +42,7 @@ pub struct Exact {
 #[derive(Clone, Debug, Serialize)]
 pub struct Stepped {
     pub name: &'static str,
-    /// (step size in N, relative error of the gradient), large to small.
+    /// (step size in N, relative error of the gradient), from large to small step sizes.
     pub errors: Vec<(f64, f64)>,
     /// Time, in simulations.
     pub cost: f64,
@@ -62,7 +62,7 @@ struct Example<'s> {
     controls: Vec<Input>,
 }
 
-/// Measures all methods, those with a step size at the given ones in N.
+/// Measures all methods, those with a step size for the given step sizes in N.
 pub fn measure(system: &System, sizes: &[f64], repeats: Repeats) -> Result<Methods, Error> {
     let inputs = METHODS[0].constant_force(system, STEPS);
     let controls = (0..=STEPS).map(|node| Input::Control { channel: 0, node }).collect();
@@ -80,7 +80,7 @@ pub fn measure(system: &System, sizes: &[f64], repeats: Repeats) -> Result<Metho
         Ok(reference.gradient_error(&gradient?))
     };
     let adjoint = gradient(system, &example.inputs, Settings::default())?;
-    // One simulation for each control and, for forward differences, one more.
+    // One simulation for each control; forward differences need one more.
     let all = |each: f64, more: f64| each / simulation_s * example.controls.len() as f64 + more;
     let [direct_cost, complex_cost, forward_cost, central_cost] =
         [all(each[0], 0.0), all(each[1], 0.0), all(each[2], 1.0), all(each[3], 0.0)];
@@ -117,7 +117,7 @@ impl Example<'_> {
         Ok(std::array::from_fn(|job| times[job]))
     }
 
-    /// The part of J(x + unit) that holds the derivative, on complex or dual numbers.
+    /// The part of J(x + unit) that contains the derivative, with complex or dual numbers.
     fn lifted<'a, R: Real + 'a>(
         &'a self,
         unit: impl Fn(f64) -> R + 'a,
@@ -164,7 +164,7 @@ impl Example<'_> {
     }
 }
 
-/// How far x + change is from x in floating point.
+/// Difference between x + change and x in floating point.
 fn moved_by(x: f64, change: f64) -> f64 {
     (x + change) - x
 }

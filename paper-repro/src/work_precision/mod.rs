@@ -1,10 +1,9 @@
-//! `work-precision`: errors against run time, for schemes of order 2 to 6 and for ways to the gradient.
+//! `work-precision`: error against run time, for schemes of order 2 to 6 and for several methods to compute the gradient.
 //!
-//! The problem is the paper's mechanism under the constant force that its optimisation starts from. J(x) with a force that is
-//! piecewise linear on 101 knots with values x, 0.02 s apart, is a smooth function of x as long as nothing but the motion between knots
-//! is discretised. Where macro steps end on all knots and each has the values of its own linear piece, a scheme of order p solves a smooth
-//! problem between knots: J_Δt(x) − J(x) = C(x) Δt^p + …, and so has its gradient order p, kinks or not. Grids coarser than
-//! the knots see only some of the x, and their gradients are not compared.
+//! The problem is the paper's mechanism under the constant force at which its optimisation starts. The force is piecewise linear on 101
+//! knots with values x, 0.02 s apart, and J(x) is a smooth function of x. If macro steps end at all knots and each uses the values of its
+//! own linear piece, a scheme of order p solves a smooth problem between knots: J_Δt(x) − J(x) = C(x) Δt^p + …, and the gradient has
+//! order p despite the kinks. Grids coarser than the knots depend on some of the x only, and their gradients are not compared.
 
 mod convergence;
 mod exactness;
@@ -42,19 +41,19 @@ use tolerance::Tolerance;
 /// Measures errors against run time and writes figures, tables and numbers
 #[derive(clap::Args, Clone, Debug)]
 pub struct Options {
-    /// Fewer grids and repeats: some seconds, for tests of the program
+    /// Use fewer grids and repeats; takes some seconds, for tests of the program
     #[arg(long)]
     pub short: bool,
 }
 
-/// A way from one end of a macro step to the next: a scheme, and how its steps are composed.
+/// A method for a macro step: a scheme and the composition of its steps.
 #[derive(Clone, Copy, Debug)]
 struct Method {
-    /// What it is called in figures and tables.
+    /// Name in figures and tables.
     name: &'static str,
     scheme: Scheme,
     composition: Composition,
-    /// The macro steps of the finest grid, where rounding begins, and of that of short runs.
+    /// Number of macro steps of the finest grid, at the onset of rounding errors, and of the finest grid of short runs.
     finest: usize,
     finest_short: usize,
     colour: Colour,
@@ -72,10 +71,10 @@ const fn method(
 
 const RULE: Scheme = Scheme::TRAPEZOIDAL;
 
-/// The method whose inner nodes lie outside of their macro steps.
+/// The method whose inner nodes lie outside their macro steps.
 const YOSHIDA: Method = method("Yoshida, order 6", RULE, Composition::Yoshida6, (800, 400), colour::GREEN);
 
-/// The methods that are compared: a further one needs a line here and nothing else.
+/// The methods that are compared; a further method needs only a line here.
 const METHODS: [Method; 6] = [
     method("trapezoidal rule", RULE, Composition::Trapezoidal, (3200, 800), colour::BLUE),
     method("Suzuki, order 4", RULE, Composition::Suzuki4, (1600, 400), colour::RED),
@@ -86,12 +85,12 @@ const METHODS: [Method; 6] = [
 ];
 
 impl Method {
-    /// Implicit stages to a macro step.
+    /// Implicit stages per macro step.
     fn stages(&self) -> usize {
         self.composition.stages() * self.scheme.stages()
     }
 
-    /// The order that theory promises; a composition raises that of the trapezoidal rule.
+    /// The theoretical order; a composition raises that of the trapezoidal rule.
     fn order(&self) -> usize {
         self.composition.order().max(self.scheme.order)
     }
@@ -100,7 +99,7 @@ impl Method {
         Settings { scheme: self.scheme, ..Settings::default() }
     }
 
-    /// The motion of the references on its grid.
+    /// The motion of the references on the given grid.
     fn constant_force(&self, system: &System, macro_steps: usize) -> Inputs {
         let grid = Grid::composed(macro_steps, END / macro_steps as f64, self.composition);
         let mut inputs = Inputs::at_rest(system, grid);
@@ -118,7 +117,7 @@ pub struct Measured {
     stiff: Vec<Stiff>,
 }
 
-/// Measures, writes the files, prints the table; false if an order or an exactness is not as it must be.
+/// Measures, writes the files and prints the table; false if an order or an error is not as required.
 pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     let measured = measure(options.short)?;
     figures::draw(&measured, folder)?;
@@ -156,9 +155,9 @@ fn measure(short: bool) -> Result<Measured, Error> {
     let convergence = convergence::measure(&system, &cases, short, repeats)?;
     begin("exactness");
     let exactness = exactness::measure(&system, macro_steps)?;
-    begin("ways to the gradient");
+    begin("methods for the gradient");
     let methods = methods::measure(&system, &sizes, repeats)?;
-    begin("steps by tolerance");
+    begin("grids by tolerance");
     let tolerances = tolerance::measure(short)?;
     begin("stiffness");
     let stiff = stiff::measure()?;

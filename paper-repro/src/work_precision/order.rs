@@ -5,7 +5,7 @@ fn slope((coarse, large): (f64, f64), (fine, small): (f64, f64)) -> f64 {
     (large / small).log2() / (fine / coarse).log2()
 }
 
-/// The order between the two finest of the runs (steps, error) that are above the floor where rounding or the reference begin.
+/// The order from the two finest runs (steps, error) above the floor, below which rounding or the reference dominates.
 pub fn observed(runs: &[(f64, f64)], floor: f64) -> Option<f64> {
     let above: Vec<(f64, f64)> = runs.iter().copied().take_while(|run| run.1 > floor).collect();
     match above[..] {
@@ -14,9 +14,9 @@ pub fn observed(runs: &[(f64, f64)], floor: f64) -> Option<f64> {
     }
 }
 
-/// The time at which the error is reached, on straight lines in logarithms through the runs (time, error), coarse to fine.
+/// The time at which the error is reached, by logarithmic interpolation between the runs (time, error), from coarse to fine.
 ///
-/// It is that of the coarsest run, if that one is as good already.
+/// If the coarsest run already reaches the error, its time is returned.
 pub fn time_for(error: f64, runs: &[(f64, f64)]) -> Option<f64> {
     if let Some(coarsest) = runs.first().filter(|run| run.1 <= error) {
         return Some(coarsest.0);

@@ -1,4 +1,4 @@
-//! Values made independently of the library (`tests/data/README.md`): a cart with three links under a constant force.
+//! Values computed independently of the library (`tests/data/README.md`): a cart with three links under a constant force.
 
 use serde::Deserialize;
 
@@ -29,7 +29,7 @@ impl Reference {
         Self::read(include_str!("../../../tests/data/truth_k3_cr0_const10.json"))
     }
 
-    /// Reads one of the files that come with the program.
+    /// Reads one of the files that are part of the program.
     fn read(file: &str) -> Self {
         serde_json::from_str(file).expect("J and a gradient")
     }

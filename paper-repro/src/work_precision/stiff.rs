@@ -1,4 +1,4 @@
-//! What L-stability buys: errors of a motion with a part that is far stiffer than any step resolves, over the step length.
+//! Effect of L-stability: errors of a motion with a part that is far stiffer than any step resolves, over the step length.
 
 use hamiltonian_adjoint::{Error, Scheme, Settings, Trajectory, simulate};
 use serde::Serialize;
@@ -8,9 +8,9 @@ use crate::stress::stiff::{FAST, masses};
 
 /// A damper that would stop its masses relative to each other within some nanoseconds, N s/m.
 const DAMPER: f64 = 1e8;
-/// How long the motion is, s.
+/// Duration of the motion, s.
 const END: f64 = 1.0;
-/// Steps of the motion that the others are compared with.
+/// Number of steps of the reference motion.
 const FINE: usize = 20_000;
 const COLOURS: [Colour; 5] = [colour::BLUE, colour::SKY, colour::GREEN, colour::ORANGE, colour::PURPLE];
 
@@ -18,7 +18,7 @@ const COLOURS: [Colour; 5] = [colour::BLUE, colour::SKY, colour::GREEN, colour::
 #[derive(Clone, Debug, Serialize)]
 pub struct Stiff {
     pub scheme: &'static str,
-    /// (Δt in s, largest error of a velocity at the end, in parts of the largest velocity of the motion).
+    /// (Δt in s, largest error of a velocity at the end, relative to the largest velocity of the motion).
     pub errors: Vec<(f64, f64)>,
 }
 

@@ -17,7 +17,7 @@ pub fn all(measured: &Measured, findings: &[Row]) -> [(&'static str, Table); 4] 
         rows: measured.exactness.iter().map(exactness).collect(),
     };
     let tolerances = Table {
-        heads: vec!["Motion", "Scheme", "Tolerance", "Steps", "Error", "Uniform steps for it"],
+        heads: vec!["Motion", "Scheme", "Tolerance", "Steps", "Error", "Uniform steps for this error"],
         rows: measured.tolerances.iter().map(Tolerance::cells).collect(),
     };
     let schemes: Vec<&Convergence> = measured.convergence.iter().filter(|it| it.reading == Reading::Piece).collect();
@@ -37,7 +37,7 @@ fn exactness(grid: &Exactness) -> Vec<String> {
     vec![scheme.to_string(), macro_steps.to_string(), all.to_string(), format!("{controls:.1e}"), format!("{steps:.1e}")]
 }
 
-/// For each error the times of the schemes, where they reach it.
+/// For each error, the times of the schemes that reach it.
 fn times(of: &str, schemes: &[&Convergence], runs: fn(&Convergence) -> Vec<(f64, f64)>) -> Vec<Vec<String>> {
     let at = |error: f64| {
         let times = schemes.iter().filter_map(|it| Some((order::time_for(error, &runs(it))?, it.scheme)));

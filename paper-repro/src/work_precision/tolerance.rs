@@ -1,4 +1,4 @@
-//! Grids by tolerance: steps and errors beside those of uniform grids.
+//! Grids by tolerance: their steps and errors, compared with those of uniform grids.
 
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{Error, Grid, Inputs, Scheme, Settings, Solver, System};
@@ -55,7 +55,7 @@ impl Tolerance {
     }
 }
 
-/// The example under the constant force that its optimisation starts from.
+/// The example under the constant force at which its optimisation starts.
 fn cart() -> Result<(System, Inputs), Error> {
     let system = CartPendulum::default().scene().compile()?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(1, END));
