@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Instructions that value and gradient take for one step of ready examples, counted by Valgrind's callgrind: the same on a busy machine as on an idle one.
+# Instructions per step for the value and the gradient of ready-made examples, counted by Valgrind's callgrind: independent of the load of the machine.
 #
-#   instructions.sh           prints them beside those recorded in instructions.txt
-#   instructions.sh check     and fails where one is more than 1 % above
-#   instructions.sh record    records them
+#   instructions.sh           prints the counts beside those recorded in instructions.txt
+#   instructions.sh check     also fails if a count exceeds the recorded one by more than 1 %
+#   instructions.sh record    records the counts
 #
-# They belong to a compiler; those of another are printed and not compared. PROGRAMS names a folder of examples that are built already.
+# Counts depend on the compiler; those of another compiler are printed but not compared. PROGRAMS names a folder of examples that are already built.
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 repository=$(cd "$here/.." && pwd)
@@ -18,7 +18,7 @@ command -v valgrind >/dev/null || { echo "error: valgrind is not installed (Debi
 programs=${PROGRAMS:-${CARGO_TARGET_DIR:-$repository/target}/release/examples}
 [ -n "${PROGRAMS:-}" ] || cargo build --quiet --locked --release --manifest-path "$repository/Cargo.toml" --example cart_pendulum --example arm
 
-# All instructions of a program that computes so often.
+# Total instructions of a program with the given number of repetitions.
 total() {
     local repeat=$1
     shift
@@ -26,17 +26,17 @@ total() {
         sed -n 's/.*Collected : \([0-9]*\).*/\1/p'
 }
 
-# Those of five computations more, a step.
+# Instructions per step, from the difference of five repetitions.
 count() { echo $((($(total 8 "$@") - $(total 3 "$@")) / (5 * steps))); }
 
 failed=0
-fresh="# instructions a step of value and gradient: workload, count; benches/instructions.sh record
+fresh="# instructions per step of value and gradient: workload, count; benches/instructions.sh record
 # $compiler, $(uname -m)"
 compared=0
 grep -qxF "# $compiler, $(uname -m)" "$recorded" 2>/dev/null && compared=1
-[ "$compared" = 1 ] || echo "recorded with another compiler or for another processor: nothing is compared"
+[ "$compared" = 1 ] || echo "recorded with another compiler or for another processor: counts are not compared"
 
-# Counts one workload and says how it compares.
+# Counts one workload and compares it with the recorded count.
 row() {
     local name=$1 now before note=
     shift

@@ -1,4 +1,4 @@
-"""scipy's methods on the problems of `compare`, which a pipe answers for; needs scipy.
+"""Applies scipy's methods to the problems that `compare` serves through a pipe; needs scipy.
 
 python3 optimisers/scipy_compare.py [path of the program `compare`]
 """
@@ -15,7 +15,7 @@ PROGRAM = sys.argv[1] if len(sys.argv) > 1 else "target/release/examples/compare
 
 
 class Served:
-    """A problem behind a pipe: what was asked last is remembered."""
+    """A problem behind a pipe; the last answer is cached."""
 
     def __init__(self, name):
         self.pipe = subprocess.Popen([PROGRAM, "--serve", name], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)

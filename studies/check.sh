@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# A study with 4 processes, one of which is killed in between; resumed; held to one that a single process made. Needs Open MPI (Debian: libopenmpi-dev,
+# Runs a study with 4 processes, kills one of them, resumes the study, and compares it with that of a single process. Needs Open MPI (Debian: libopenmpi-dev,
 # openmpi-bin, libclang-dev).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")"
@@ -18,7 +18,7 @@ until [ "$(lines "$folder/four")" -gt 5 ]; do sleep 0.05; done
 pkill -KILL -n -f "$program $folder/four" || true
 wait "$run" && { echo "error: the run was not lost" >&2; exit 1; }
 echo "$(($(lines "$folder/four") - 1)) outcomes were kept"
-# As if the machine had stopped while a line was written.
+# Simulates a machine that stopped while a line was being written.
 printf '{"start":3,"x":[0.1' >>"$folder/four"
 
 echo "-- again"

@@ -1,4 +1,4 @@
-//! One row of a table: a scene, its inputs, and what is timed of it.
+//! One row of a table: a scene, its inputs, and the timed computations.
 
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, BenchmarkId};
@@ -8,19 +8,19 @@ use hamiltonian_adjoint::{Grid, Inputs, LongSolver, Scene, Settings, Solver, Sys
 pub struct Row {
     /// The scene.
     pub system: System,
-    /// From rest.
+    /// Inputs, starting from rest.
     pub inputs: Inputs,
-    /// The default ones at first.
+    /// Settings, initially the default ones.
     pub settings: Settings,
 }
 
 impl Row {
-    /// A scene with so many steps and one number for all controls.
+    /// A scene with the given number of steps and one value for all controls.
     pub fn new(scene: Scene, steps: usize, dt: f64, control: f64) -> Self {
         Self::of(scene.compile().expect("a scene"), steps, dt, control)
     }
 
-    /// A compiled scene, likewise.
+    /// A compiled scene with the given number of steps and one value for all controls.
     pub fn of(system: System, steps: usize, dt: f64, control: f64) -> Self {
         let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, dt));
         inputs.controls.fill(control);
@@ -32,7 +32,7 @@ impl Row {
         self.system.n() / 3
     }
 
-    /// A simulation.
+    /// Times a simulation.
     pub fn simulate(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
         let mut solver = Solver::new(&self.system, self.settings);
         group.bench_function(BenchmarkId::new(function, name), |bencher| {
@@ -40,7 +40,7 @@ impl Row {
         });
     }
 
-    /// The same, and the corrections and factorisations that a step takes.
+    /// Times a simulation, and prints corrections and factorisations per step.
     pub fn simulate_and_count(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
         let mut solver = Solver::new(&self.system, self.settings);
         solver.simulate(&self.inputs).expect("a motion");
@@ -53,7 +53,7 @@ impl Row {
         self.simulate(group, function, name);
     }
 
-    /// The adjoint sweep alone, after one simulation.
+    /// Times the adjoint sweep alone, after one simulation.
     pub fn gradient(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
         let mut solver = Solver::new(&self.system, self.settings);
         solver.simulate(&self.inputs).expect("a motion");
@@ -62,7 +62,7 @@ impl Row {
         });
     }
 
-    /// A product of the Hessian with a direction of the controls, after one gradient.
+    /// Times a product of the Hessian with a direction of the controls, after one gradient.
     pub fn product(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
         let mut solver = Solver::new(&self.system, self.settings);
         solver.simulate(&self.inputs).expect("a motion");
@@ -73,7 +73,7 @@ impl Row {
         });
     }
 
-    /// Simulation and gradient.
+    /// Times a simulation and its gradient.
     pub fn both(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
         let mut solver = Solver::new(&self.system, self.settings);
         group.bench_function(BenchmarkId::new(function, name), |bencher| {
@@ -84,7 +84,7 @@ impl Row {
         });
     }
 
-    /// Simulation and the gradients of all outputs.
+    /// Times a simulation and the gradients of all outputs.
     pub fn jacobian(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str) {
         let mut solver = Solver::new(&self.system, self.settings);
         group.bench_function(BenchmarkId::new(function, name), |bencher| {
@@ -95,7 +95,7 @@ impl Row {
         });
     }
 
-    /// Both within so many bytes.
+    /// Times a simulation and its gradient within the given number of bytes.
     pub fn both_within(&self, group: &mut BenchmarkGroup<WallTime>, function: &str, name: &str, bytes: usize) {
         let mut solver = LongSolver::new(&self.system, self.settings, bytes);
         group.bench_function(BenchmarkId::new(function, name), |bencher| {

@@ -1,4 +1,4 @@
-//! What step lengths, projection, rebasing, checkpoints, dependent constraints and threads cost or gain.
+//! Effect of step lengths, projection, rebasing, checkpoints, dependent constraints and threads on run times.
 
 use criterion::Criterion;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
@@ -7,7 +7,7 @@ use hamiltonian_adjoint::{Settings, Sum};
 use crate::{group, mark, pantograph, step_length, structures};
 use benches::Row;
 
-/// Restarts at every node (if Φ is to be satisfied there) and at every hundredth.
+/// Rebasing and projection: at every node, less often, and with a bound that is not reached.
 pub fn restarts(criterion: &mut Criterion) {
     let mut group = group(criterion, "restarts, 1000 steps");
     let plain = Settings::default();
@@ -28,7 +28,7 @@ pub fn restarts(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Steps of one length, and of as many as there are steps, as grids by tolerance have: the linear part of each is made anew.
+/// Equal steps, and steps that all differ, as in grids by tolerance, for which the linear part is computed anew in each step.
 pub fn lengths(criterion: &mut Criterion) {
     let mut group = group(criterion, "lengths of steps, 100 steps");
     for links in [3, 30] {
@@ -42,7 +42,7 @@ pub fn lengths(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// The same gradient with everything stored, and from one and two levels of checkpoints.
+/// One gradient with all nodes stored, and with one and two levels of checkpoints.
 pub fn memory(criterion: &mut Criterion) {
     let mut group = group(criterion, "memory, 3 links, 10000 steps");
     let row = Row::new(structures::chain(3), 10_000, 2e-4, 10.0);
@@ -53,7 +53,7 @@ pub fn memory(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// One cost, and three outputs, of the ends of the links.
+/// One cost and three outputs that depend on the ends of the links.
 pub fn outputs(criterion: &mut Criterion) {
     let mut group = group(criterion, "outputs, 100 steps");
     for links in [3, 10] {
@@ -73,8 +73,8 @@ pub fn outputs(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// A string of bars with every hinge there twice. A motion of one step shows what finding the dependencies costs at every start. Pantographs side by side, whose
-/// positions drift apart, so that equations are left out and chosen on the way.
+/// A chain of bars with every hinge doubled; a motion of one step shows the cost of detecting the dependencies at a start. Also pantographs side by side, whose
+/// positions drift apart, so that equations are left out and chosen anew during the motion.
 pub fn redundancy(criterion: &mut Criterion) {
     let mut group = group(criterion, "dependent constraints");
     for bars in [3, 30] {
@@ -95,7 +95,7 @@ pub fn redundancy(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Sixteen gradients by one thread and by all.
+/// Sixteen gradients on one thread and on all threads.
 #[cfg(feature = "rayon")]
 pub fn threads(criterion: &mut Criterion) {
     use criterion::{BenchmarkId, Throughput};
@@ -123,6 +123,6 @@ pub fn threads(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Without the feature there is one thread.
+/// Without the feature only one thread is used.
 #[cfg(not(feature = "rayon"))]
 pub fn threads(_criterion: &mut Criterion) {}

@@ -28,12 +28,12 @@ use std::time::Duration;
 
 use benches::Row;
 
-/// The paper's example has Δt = 0.02; longer chains whip faster.
+/// The paper's example has Δt = 0.02; longer chains move faster.
 fn step_length(links: usize) -> f64 {
     if links <= 3 { 0.02 } else { 0.01 }
 }
 
-/// "quick" in the names of what `cargo bench -- quick` selects.
+/// Adds "quick" to the names that `cargo bench -- quick` selects.
 fn mark(name: impl std::fmt::Display, quick: bool) -> String {
     if quick { format!("{name} (quick)") } else { name.to_string() }
 }
@@ -62,7 +62,7 @@ fn links(criterion: &mut Criterion) {
 fn steps(criterion: &mut Criterion) {
     let mut group = group(criterion, "cart with 3 links, N steps");
     for steps in [100, 1000, 10_000] {
-        // The same two seconds, so that Newton's iterations per step tell of the step length alone.
+        // All motions last two seconds, so that Newton iterations per step depend on the step length alone.
         let row = Row::new(structures::chain(3), steps, 2.0 / steps as f64, 10.0);
         group.throughput(Throughput::Elements(steps as u64));
         row.both(&mut group, "value + gradient", &mark(format!("N = {steps}"), steps == 1000));
@@ -80,7 +80,7 @@ fn elements(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Formulas of a user's own, 100 steps: by programs, and by dual numbers at every point.
+/// User-defined formulas, 100 steps: with programs, and with dual numbers at every point.
 fn programs(criterion: &mut Criterion) {
     let mut group = group(criterion, "formulas");
     for ((name, scene, dt), (_, again, _)) in formulas::all().into_iter().zip(formulas::all()) {
@@ -94,7 +94,7 @@ fn programs(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// What a scene may lack, with and without it, 100 steps.
+/// Optional features of a scene, with and without each, 100 steps.
 fn pairs(criterion: &mut Criterion) {
     let mut group = group(criterion, "with and without");
     for comparison in pairs::all() {
@@ -106,8 +106,8 @@ fn pairs(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Time per body and step: the throughput is that of bodies times steps. At 1 ms one correction a step is enough for all chains; a chain
-/// under its weight is the stiffer the longer it is, and at 2 ms the links near the top of a thousand want two.
+/// Time per body and step: the throughput counts bodies times steps. At 1 ms one correction per step is enough for all chains; a longer chain
+/// under its weight is stiffer, and at 2 ms the links near the top of a thousand need two.
 fn structure(criterion: &mut Criterion) {
     let mut group = group(criterion, "structure, 100 steps");
     for links in [10, 30, 100, 300, 1000] {
@@ -132,7 +132,7 @@ fn structure_row(group: &mut BenchmarkGroup<WallTime>, kind: &str, name: &str, (
     row.both(group, kind, name);
 }
 
-/// Compiling a scene: tracing its elements and choosing the order of elimination.
+/// Compiling a scene: recording its elements and choosing the order of elimination.
 fn compile(criterion: &mut Criterion) {
     let mut group = group(criterion, "compile a chain");
     group.sample_size(10);

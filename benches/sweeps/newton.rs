@@ -1,11 +1,11 @@
-//! What each choice in Newton's iteration is worth, as far as it shows from outside: its switches are inputs and settings.
+//! Effect of the choices in Newton's iteration that inputs and settings can switch.
 //!
-//! | choice | how it is switched |
+//! | choice | switched by |
 //! |---|---|
-//! | first guess extrapolated through 1 … 5 nodes | the j-th step after a start has j nodes behind it: motions of j steps from many states |
-//! | stop by the estimated next correction | a tolerance of zero, which leaves "the residual is rounding" as the criterion; an ordinary one, "the last correction is below the tolerance", takes one more correction a step and cannot be had |
-//! | constants of several half steps kept | seven stages of four lengths, against seven that differ in their last digits |
-//! | old factors for the last correction | no switch: the counter tells how many factorisations it saves |
+//! | first guess extrapolated through 1 … 5 nodes | motions of j steps from many states: j nodes precede the end of the j-th step |
+//! | stop by the estimated next correction | a tolerance of zero, which leaves only the criterion "the residual is rounding"; the usual criterion "the last correction is below the tolerance" would take one more correction per step and is not available |
+//! | constants of several half steps kept | seven stages of four lengths, compared with seven that differ in their last digits |
+//! | old factors for the last correction | no switch: the counter shows the number of factorisations saved |
 
 use criterion::{BenchmarkId, Criterion};
 use hamiltonian_adjoint::{Composition, Grid, Inputs, Settings, Solver, Start};
@@ -19,13 +19,13 @@ fn cart(links: usize) -> Row {
     Row::new(structures::chain(links), STEPS, step_length(links), 10.0)
 }
 
-/// Motions of 1 … 5 steps from every state of a motion: the step that one row has more than the row before is guessed through as many
-/// nodes as the row has steps.
+/// Motions of 1 … 5 steps from every state of a motion: the initial guess of the last step of each row is extrapolated through as many nodes
+/// as the row has steps.
 pub fn first_guess(criterion: &mut Criterion) {
     let mut group = group(criterion, "first guess, motions of j steps from 90 states");
     for links in [3, 30] {
         let mut row = cart(links);
-        // The states of a motion have drifted off their position constraints.
+        // The states of a motion have drifted from their position constraints.
         row.settings = Settings { position_tolerance: 0.1, ..row.settings };
         let mut before = Work::of(&row, &from_every_state(&row, 0));
         for steps in 1..=5 {
@@ -33,7 +33,7 @@ pub fn first_guess(criterion: &mut Criterion) {
             let work = Work::of(&row, &motions);
             let [corrections, factorisations] = work.since(before).map(|count| count as f64 / motions.len() as f64);
             println!(
-                "{links} links, guess through {steps} nodes: {corrections:.2} corrections a step, {factorisations:.2} factorisations"
+                "{links} links, guess through {steps} nodes: {corrections:.2} corrections per step, {factorisations:.2} factorisations"
             );
             before = work;
             let mut solver = Solver::new(&row.system, row.settings);
@@ -61,7 +61,7 @@ fn from_every_state(row: &Row, steps: usize) -> Vec<Inputs> {
     (STEPS - 90..STEPS).map(start).collect()
 }
 
-/// What Newton's method did in some motions.
+/// Work of Newton's method in several motions.
 #[derive(Clone, Copy)]
 struct Work {
     corrections: usize,
@@ -85,7 +85,7 @@ impl Work {
     }
 }
 
-/// The criterion, smooth and rough controls, and step lengths that let fewer nodes be used.
+/// The stopping criterion, smooth and rough controls, and step lengths for which fewer nodes can be used.
 pub fn iterations(criterion: &mut Criterion) {
     let mut group = group(criterion, "Newton, 100 steps");
     for links in [3, 30] {
@@ -95,7 +95,7 @@ pub fn iterations(criterion: &mut Criterion) {
         row.settings = Settings { tolerance: 0.0, ..row.settings };
         row.simulate_and_count(&mut group, "criterion", &name("the residual is rounding"));
 
-        // Short steps, where the first guess is nearly right.
+        // Short steps, for which the initial guess is nearly right.
         for (what, tolerance) in [("short steps, by its estimate", 1e-14), ("short steps, the residual is rounding", 0.0)] {
             row = Row::new(structures::chain(links), STEPS, 0.1 * step_length(links), 10.0);
             row.settings = Settings { tolerance, ..row.settings };

@@ -1,4 +1,4 @@
-//! Any text as inputs, as a table, as a scene and as a worksheet: nothing panics, and what is read can be written.
+//! Reads any text as inputs, as a table, as a scene and as a worksheet: nothing may panic, and data that were read can be written.
 #![no_main]
 
 use hamiltonian_adjoint::check::Answers;

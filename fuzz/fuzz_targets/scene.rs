@@ -1,4 +1,4 @@
-//! Any bytes as a scene: nothing panics, nothing hangs, no number of a success is infinite or NaN.
+//! Reads any bytes as a scene: nothing may panic or hang, and no number of a successful result may be infinite or NaN.
 #![no_main]
 
 #[path = "../../tests/common/bench.rs"]

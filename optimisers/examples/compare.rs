@@ -2,8 +2,8 @@
 //!
 //! `cargo run --release -p optimisers --example compare`
 //!
-//! `-- --serve NAME` answers a program in another language instead: a line with the variables as a JSON list in, a line with `value`, `gradient`,
-//! `constraints` and `jacobian` out; the first line out tells `start`, `bounds` and `constraints` (`optimisers/scipy_compare.py`).
+//! `-- --serve NAME` serves a program in another language instead: it reads lines with the variables as a JSON list and writes lines with `value`,
+//! `gradient`, `constraints` and `jacobian`; the first line written contains `start`, `bounds` and `constraints` (`optimisers/scipy_compare.py`).
 
 use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
@@ -23,7 +23,7 @@ use serde_json::json;
 
 const NAMES: [&str; 5] = ["paper", "effort", "rest", "time", "time-rest"];
 
-/// As `cargo run --release -p paper-repro -- optimise` poses them.
+/// The problems, as in `cargo run --release -p paper-repro -- optimise`.
 struct Posed {
     system: System,
     inputs: Inputs,
@@ -71,10 +71,10 @@ fn problem(Posed { system, inputs, free, constraints }: &Posed) -> Result<Motion
     Ok(problem)
 }
 
-/// A method, from a start.
+/// A method, called with a start.
 type Solve<'a> = &'a mut dyn FnMut(&mut MotionProblem, &[f64]) -> Result<Outcome, Box<dyn Error>>;
 
-/// A line of the table: the median time of up to 5 runs.
+/// A row of the table; the time is the median of up to 5 runs.
 fn row((name, method, gradient): (&str, &str, f64), posed: &Posed, solve: Solve) -> Result<(), Box<dyn Error>> {
     let (mut times, mut last) = (Vec::new(), None);
     while times.len() < 5 && times.iter().sum::<f64>() < 1.0 {
@@ -101,7 +101,7 @@ fn row((name, method, gradient): (&str, &str, f64), posed: &Posed, solve: Solve)
     Ok(())
 }
 
-/// argmin's L-BFGS; it counts by itself.
+/// argmin's L-BFGS, with its own counters.
 fn by_argmin(problem: &mut MotionProblem, start: &[f64], options: &Options) -> Result<Outcome, Box<dyn Error>> {
     let solver = LBFGS::new(MoreThuenteLineSearch::new(), options.memory);
     let target = options.target.unwrap_or(f64::NEG_INFINITY);
@@ -132,10 +132,10 @@ fn compare() -> Result<(), Box<dyn Error>> {
     println!(
         "One value with its gradient: {:.3} ms. IPOPT {}.\n",
         1e3 * gradient,
-        if HAS_IPOPT { "is here" } else { "was not found" }
+        if HAS_IPOPT { "was found" } else { "was not found" }
     );
     println!(
-        "| Problem | Method | Iterations | Simulations | Gradients | Products | ms | of one gradient | Value | Violation | End |"
+        "| Problem | Method | Iterations | Simulations | Gradients | Products | ms | relative to one gradient | Value | Violation | End |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for name in NAMES {
@@ -155,7 +155,7 @@ fn compare() -> Result<(), Box<dyn Error>> {
             [("IPOPT, exact Hessian", Hessian::Exact), ("IPOPT, limited memory", Hessian::LimitedMemory)]
         {
             if HAS_IPOPT {
-                // What a target is for is not IPOPT's: it goes on until the gradient is small.
+                // IPOPT has no target value: it continues until the gradient is small.
                 row((name, method, gradient), &posed, &mut |problem, start| Ok(ipopt(problem, start, &options, hessian)?))?;
             }
         }
@@ -163,7 +163,7 @@ fn compare() -> Result<(), Box<dyn Error>> {
     speed_up()
 }
 
-/// The least effort from 40 starts, on one thread and on all cores.
+/// The problem of least effort from 40 starts, on one thread and on all cores.
 fn speed_up() -> Result<(), Box<dyn Error>> {
     let posed = pose("effort")?;
     let start = |k: usize| (0..=100).map(|i| 15.0 * ((0.02 * i as f64 + 0.7) * (1.0 + 0.2 * k as f64)).sin()).collect();

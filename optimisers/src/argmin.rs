@@ -1,4 +1,4 @@
-//! [`Argmin`]: a problem as argmin wants it.
+//! [`Argmin`]: an adapter from a problem to argmin's traits.
 
 use std::cell::RefCell;
 
@@ -8,8 +8,8 @@ use hamiltonian_adjoint::optimize::{Interval, Problem};
 
 use crate::{Failure, finite};
 
-/// A problem without bounds and constraints for argmin's solvers. A point without a value is infinitely costly, its gradient is the error that says why;
-/// a simulation that is stopped by whoever watches it ends the run with that error.
+/// A problem without bounds and constraints for argmin's solvers. A point that cannot be evaluated is infinitely costly, and its gradient returns the error;
+/// if a callback stops a simulation, the run ends with that error.
 ///
 /// ```
 /// use argmin::core::{Executor, State};
@@ -33,7 +33,7 @@ use crate::{Failure, finite};
 /// ```
 pub struct Argmin<'p, P>(RefCell<Asked<'p, P>>);
 
-/// The problem and where it was evaluated last, with the value there or why there is none.
+/// The problem and the point of its last evaluation, with the value or the error.
 struct Asked<'p, P> {
     problem: &'p mut P,
     at: Option<Vec<f64>>,
@@ -43,7 +43,7 @@ struct Asked<'p, P> {
 
 impl<'p, P: Problem> Argmin<'p, P> {
     /// # Errors
-    /// Bounds, or constraints that ask for anything.
+    /// The problem has bounds or constraints.
     pub fn new(problem: &'p mut P) -> Result<Self, Failure> {
         let constraints = problem.constraints();
         if problem.bounds().iter().chain(&constraints).any(|of| *of != Interval::FREE) {
@@ -70,7 +70,7 @@ impl<P: Problem> Asked<'_, P> {
         self.value.clone()
     }
 
-    /// Infinite at a point without a value, but for sizes that do not fit, and for a simulation that was stopped.
+    /// Infinite at a point that cannot be evaluated, except that wrong sizes and stopped simulations are errors.
     fn cost(&mut self, x: &[f64]) -> Result<f64, MotionError> {
         match self.evaluate(x) {
             Err(error @ (MotionError::Size { .. } | MotionError::Interrupted { .. })) => Err(error),
@@ -117,7 +117,7 @@ impl<P: Problem> Hessian for Argmin<'_, P> {
     type Param = Vec<f64>;
     type Hessian = Vec<Vec<f64>>;
 
-    /// Product by product.
+    /// The Hessian, computed product by product.
     fn hessian(&self, x: &Vec<f64>) -> Result<Vec<Vec<f64>>, Error> {
         let mut asked = self.0.borrow_mut();
         asked.gradient(x)?;

@@ -1,4 +1,4 @@
-//! IPOPT's interface for C (`IpStdCInterface.h` of version 3): what is called of it.
+//! The functions used of IPOPT's C interface (`IpStdCInterface.h` of version 3).
 
 #![expect(unsafe_code, reason = "a library in C++ is called")]
 

@@ -1,4 +1,4 @@
-//! IPOPT by its interface for C: callbacks that ask the problem.
+//! IPOPT through its C interface: callbacks that evaluate the problem.
 
 #![expect(unsafe_code, reason = "a library in C++ is called")]
 
@@ -18,15 +18,15 @@ use crate::interface::{
 };
 use crate::{Failure, Hessian, finite};
 
-/// The linear solver behind IPOPT keeps numbers in statics: one call at a time in a process.
+/// IPOPT's linear solver stores data in static variables: only one call at a time in a process.
 static ALONE: Mutex<()> = Mutex::new(());
 
 thread_local! {
-    /// Whether this thread is in IPOPT: a problem that calls it would wait for itself.
+    /// True while this thread is in IPOPT: a problem that calls IPOPT again would wait for itself.
     static INSIDE: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Resets the mark when a call ends, however it does.
+/// Resets the flag when a call ends, with or without a panic.
 struct Mark;
 
 impl Drop for Mark {
@@ -35,14 +35,14 @@ impl Drop for Mark {
     }
 }
 
-/// The problem and what was asked of it.
+/// The problem, its last evaluation, and the progress of the run.
 struct Asked<'p, P> {
     problem: &'p mut P,
     at: Option<Vec<f64>>,
     value: Option<f64>,
     c: Vec<f64>,
     gradient: Vec<f64>,
-    /// The largest derivative of f at the start, in units of which IPOPT sees f; 1 if there is none.
+    /// The largest derivative of f at the start, by which f is scaled for IPOPT; 1 if all are zero.
     unit: f64,
     counts: [usize; 3],
     history: Vec<Iterate>,
@@ -50,15 +50,15 @@ struct Asked<'p, P> {
     failures: usize,
     first_failure: Option<Error>,
     last_failure: Option<Error>,
-    /// Whether whoever watches a simulation stopped it: then nothing more is asked.
+    /// True if a callback stopped a simulation; then the problem is not evaluated any more.
     is_stopped: bool,
 }
 
 impl<P: Problem> Asked<'_, P> {
-    /// Whether x has a value; then it is the point that was evaluated last.
+    /// The value at x, if it can be computed; x is then the point of the last evaluation.
     fn evaluate(&mut self, x: &[f64]) -> Option<f64> {
         if self.at.as_deref() != Some(x) {
-            // A panic on the way leaves a point without a value.
+            // If the evaluation panics, the point has no value.
             (self.at, self.value) = (Some(x.to_vec()), None);
             self.counts[0] += 1;
             let value = self.problem.evaluate(x, &mut self.c);
@@ -71,7 +71,7 @@ impl<P: Problem> Asked<'_, P> {
         self.value
     }
 
-    /// What there is, or why it is not: the first reason and the last are kept.
+    /// The value of a result, if it is not an error; the first and the last error are stored.
     fn note<T>(&mut self, found: Result<T, Error>) -> Option<T> {
         let note = |error: Error| {
             self.failures += 1;
@@ -92,7 +92,7 @@ impl<P: Problem> Asked<'_, P> {
         Some(&self.gradient)
     }
 
-    /// The Jacobian, row by row.
+    /// The Jacobian in row-major order.
     fn jacobian(&mut self, x: &[f64], values: &mut [f64]) -> Option<()> {
         self.evaluate(x)?;
         self.counts[1] += self.c.len();
@@ -121,7 +121,7 @@ impl<P: Problem> Asked<'_, P> {
         Some(())
     }
 
-    /// At the start, whose gradient by what is not fixed is the unit of f.
+    /// Evaluates the start; its gradient with respect to the free variables determines the scale of f.
     fn begin(&mut self, x: &[f64], bounds: &[Interval]) -> Result<(), Failure> {
         let none = vec![0.0; self.c.len()];
         if self.weigh(x, 1.0, &none).is_none() {
@@ -137,7 +137,7 @@ impl<P: Problem> Asked<'_, P> {
         self.last_failure.take().map_or(Failure::Refused(INVALID_NUMBER), Failure::Problem)
     }
 
-    /// Callbacks had no answer, of whose reason IPOPT knows nothing: behind the start that is no error, and nothing is lost of what was found.
+    /// Callbacks failed for a reason that IPOPT does not know. After the start this is not an error, and the best point is kept.
     fn without_derivative(&mut self) -> Result<Reason, Failure> {
         if self.history.len() <= 1 {
             return Err(self.failure());
@@ -147,15 +147,15 @@ impl<P: Problem> Asked<'_, P> {
     }
 }
 
-/// Asks the problem behind a pointer; nothing may unwind into IPOPT.
+/// Evaluates the problem behind a pointer; no panic may unwind into IPOPT.
 ///
 /// # Safety
-/// `data` and `x` are what [`minimise`] and IPOPT gave.
+/// `data` and `x` are the pointers passed by [`minimise`] and IPOPT.
 unsafe fn ask<P: Problem>(
     (n, x, data): (c_int, *const f64, *mut c_void),
     what: impl FnOnce(&mut Asked<P>, &[f64]) -> Option<()>,
 ) -> c_int {
-    // SAFETY: IPOPT hands back the pointer that it was given, and arrays of the sizes that it was told.
+    // SAFETY: IPOPT passes back the pointer that it was given, and arrays of the given sizes.
     let (asked, x) = unsafe { (&mut *data.cast::<Asked<P>>(), list(x, n)) };
     if asked.is_stopped {
         return 0;
@@ -164,7 +164,7 @@ unsafe fn ask<P: Problem>(
 }
 
 /// # Safety
-/// As `from_raw_parts`, but for an empty list, which IPOPT may give by no pointer.
+/// As `from_raw_parts`, except that IPOPT may pass a null pointer for an empty list.
 unsafe fn list<'a>(x: *const f64, n: c_int) -> &'a [f64] {
     // SAFETY: as above.
     if n == 0 { &[] } else { unsafe { from_raw_parts(x, n as usize) } }
@@ -222,7 +222,7 @@ unsafe extern "C" fn jacobian<P: Problem>(
         return 1;
     }
     let (count, n_all) = (count as usize, n as usize);
-    // SAFETY: as in `ask`; without values, the places are asked for, and the arrays have `count` entries.
+    // SAFETY: as in `ask`; without values, IPOPT requests the positions, and the arrays have `count` entries.
     unsafe {
         if values.is_null() {
             let places = from_raw_parts_mut(rows, count).iter_mut().zip(from_raw_parts_mut(cols, count)).enumerate();
@@ -314,7 +314,7 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
     }
     let _mark = Mark;
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    // SAFETY: the arrays have the sizes that are told; `asked` lives until the problem is freed, and nothing else touches it before; no other thread
+    // SAFETY: the arrays have the given sizes; `asked` lives until the problem is freed and is not accessed elsewhere before; no other thread
     // is in IPOPT.
     let status = unsafe {
         let ipopt = CreateIpoptProblem(
@@ -341,16 +341,16 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         AddIpoptStrOption(ipopt, c"sb".as_ptr(), c"yes".as_ptr());
         AddIpoptIntOption(ipopt, c"print_level".as_ptr(), 0);
         AddIpoptIntOption(ipopt, c"max_iter".as_ptr(), c_int::try_from(options.iterations).unwrap_or(c_int::MAX));
-        // None of its tolerances may be 0.
+        // IPOPT does not accept tolerances of 0.
         AddIpoptNumOption(ipopt, c"tol".as_ptr(), options.stationarity.max(f64::MIN_POSITIVE));
-        // In parts of the gradient at the start, whatever the unit of the cost is; IPOPT's own limits beside it are for gradients of 1.
+        // Relative to the gradient at the start, for any unit of the cost; IPOPT's further limits assume gradients of size 1.
         AddIpoptNumOption(ipopt, c"nlp_scaling_obj_target_gradient".as_ptr(), 1.0);
         AddIpoptNumOption(ipopt, c"nlp_scaling_min_value".as_ptr(), 0.0);
         AddIpoptNumOption(ipopt, c"dual_inf_tol".as_ptr(), asked.unit);
         AddIpoptNumOption(ipopt, c"compl_inf_tol".as_ptr(), 1e-4 * asked.unit);
-        // What is asked for, no less.
+        // Accepts only the requested tolerance.
         AddIpoptIntOption(ipopt, c"acceptable_iter".as_ptr(), 0);
-        // Of what may be violated, it moves bounds apart by a tenth: constraints change by some of that where it moves variables back.
+        // IPOPT relaxes bounds, here by a tenth of the permitted violation; constraints change when it moves variables back.
         AddIpoptNumOption(ipopt, c"constr_viol_tol".as_ptr(), (0.5 * options.violation).max(f64::MIN_POSITIVE));
         AddIpoptNumOption(ipopt, c"bound_relax_factor".as_ptr(), (0.1 * options.violation).min(1e-8));
         SetIntermediateCallback(ipopt, iterate::<P>);
@@ -361,21 +361,21 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         FreeIpoptProblem(ipopt);
         status
     };
-    // What the problem keeps is the motion of the answer; IPOPT's own values are those of a point that bounds may have moved since.
+    // The problem keeps the motion of the result; IPOPT's values belong to a point that may have been moved into the bounds since.
     if let Some(value) = asked.evaluate(&x) {
         found = value;
         c.copy_from_slice(&asked.c);
     }
     let violation = intervals.iter().zip(&c).fold(0.0, |most: f64, (of, c)| most.max(of.violation(*c)));
     if asked.history.is_empty() {
-        // Nothing was free.
+        // All variables were fixed.
         let evaluations = asked.counts[0];
         asked.history.push(Iterate { value: found, violation, stationarity: 0.0, step: 0.0, evaluations });
     }
     let reason = match status {
         _ if asked.is_stopped => Reason::Interrupted,
         INVALID_NUMBER => asked.without_derivative()?,
-        // Nothing is wrong with constraints that hold.
+        // The constraints hold, so the problem is not infeasible.
         2 | -2 if violation <= options.violation => Reason::NoLowerValue,
         _ => reason(status)?,
     };
@@ -400,10 +400,10 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
     })
 }
 
-/// Of IPOPT's `ApplicationReturnStatus`: callbacks had no answer.
+/// A value of IPOPT's `ApplicationReturnStatus`: callbacks failed.
 const INVALID_NUMBER: c_int = -13;
 
-/// Of IPOPT's `ApplicationReturnStatus`.
+/// The reason for a value of IPOPT's `ApplicationReturnStatus`.
 fn reason(status: c_int) -> Result<Reason, Failure> {
     match status {
         0 => Ok(Reason::Stationary),

@@ -1,4 +1,4 @@
-//! Other optimisers on any [`Problem`]: argmin, and IPOPT where it is installed when this is built.
+//! Adapters from any [`Problem`] to other optimisers: argmin, and IPOPT if it is installed at build time.
 //!
 //! `cargo run --release -p optimisers --example compare` compares them with the library's own methods.
 
@@ -15,30 +15,30 @@ use hamiltonian_adjoint::optimize::{Options, Outcome, Problem};
 
 pub use argmin::Argmin;
 
-/// Whether IPOPT was there when this was built.
+/// True if IPOPT was found at build time.
 pub const HAS_IPOPT: bool = cfg!(has_ipopt);
 
-/// Where IPOPT gets second derivatives from.
+/// Source of the second derivatives for IPOPT.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Hessian {
-    /// All products with unit vectors.
+    /// Exact: products with all unit vectors.
     Exact,
-    /// None: its own approximation.
+    /// IPOPT's own approximation.
     LimitedMemory,
 }
 
-/// What is no outcome.
+/// A run without an outcome.
 #[derive(Debug)]
 pub enum Failure {
     /// The problem's own error.
     Problem(Error),
-    /// Bounds or constraints, which the optimiser does not know.
+    /// The problem has bounds or constraints, which the optimiser does not support.
     Constrained,
-    /// IPOPT was not found when this was built.
+    /// IPOPT was not found at build time.
     NoIpopt,
-    /// A problem that calls IPOPT while IPOPT asks it.
+    /// A problem that calls IPOPT while IPOPT evaluates it.
     Nested,
-    /// What IPOPT says of what it was given, a number of its `ApplicationReturnStatus`.
+    /// IPOPT rejected the problem, with a value of its `ApplicationReturnStatus`.
     Refused(i32),
 }
 
@@ -47,21 +47,18 @@ impl fmt::Display for Failure {
         match self {
             Failure::Problem(error) => error.fmt(f),
             Failure::Constrained => {
-                write!(f, "the problem has bounds or constraints, which this optimiser does not know; take `ipopt`")
+                write!(f, "the problem has bounds or constraints, which this optimiser does not support; use `ipopt`")
             }
             Failure::NoIpopt => {
-                write!(
-                    f,
-                    "IPOPT was not found when this was built: install it (Debian: coinor-libipopt-dev) and build again"
-                )
+                write!(f, "IPOPT was not found at build time: install it (Debian: coinor-libipopt-dev) and build again")
             }
             Failure::Nested => write!(
                 f,
-                "a problem that IPOPT asks calls IPOPT itself, which cannot be done; solve the inner one another way"
+                "a problem that IPOPT evaluates calls IPOPT itself, which is not supported; solve the inner problem with another method"
             ),
-            Failure::Refused(-10) => write!(f, "IPOPT wants no more equality constraints than there are free variables"),
-            Failure::Refused(-11) => write!(f, "IPOPT wants at least one variable"),
-            Failure::Refused(status) => write!(f, "IPOPT refuses the problem with its status {status}"),
+            Failure::Refused(-10) => write!(f, "IPOPT does not accept more equality constraints than free variables"),
+            Failure::Refused(-11) => write!(f, "IPOPT needs at least one variable"),
+            Failure::Refused(status) => write!(f, "IPOPT rejected the problem with status {status}"),
         }
     }
 }
@@ -75,18 +72,18 @@ impl From<Error> for Failure {
 }
 
 /// # Errors
-/// The first that is no number.
+/// The first value that is not finite.
 fn finite(what: &str, all: &[f64]) -> Result<(), Error> {
     let bad = all.iter().find(|x| !x.is_finite());
     bad.map_or(Ok(()), |bad| Err(Error::NotFinite { what: what.into(), value: *bad }))
 }
 
-/// Minimises by IPOPT: `iterations`, `stationarity` (its `tol`, in parts of the gradient at the start) and `violation` of the options count. Calls of several
-/// threads wait for each other: its linear solver knows one at a time.
+/// Minimises with IPOPT, which uses the options `iterations`, `stationarity` (its `tol`, relative to the gradient at the start) and `violation`. Calls from
+/// several threads wait for each other, because its linear solver supports only one at a time.
 ///
 /// # Errors
-/// Sizes, bounds or options that do not fit, a start without a value, derivatives that the problem does not have, a problem that IPOPT refuses or that calls
-/// IPOPT itself, or no IPOPT. What cannot be computed behind the start is no error, but the reason with which it ends.
+/// Invalid sizes, bounds or options, a start that cannot be evaluated, derivatives that the problem does not provide, a problem that IPOPT rejects or that
+/// calls IPOPT itself, or missing IPOPT. A failure after the start is not an error; it becomes the reason with which the run ends.
 pub fn ipopt<P: Problem>(problem: &mut P, start: &[f64], options: &Options, hessian: Hessian) -> Result<Outcome, Failure> {
     #[cfg(has_ipopt)]
     return ipopt::minimise(problem, start, options, hessian);

@@ -1,4 +1,4 @@
-//! The adapters against the library's own methods, and what they refuse.
+//! The adapters compared with the library's own methods, and the errors that they return.
 
 use argmin::core::Executor;
 use argmin::solver::linesearch::MoreThuenteLineSearch;
@@ -12,7 +12,7 @@ use hamiltonian_adjoint::{Error, Grid, Inputs, Output, Settings, System};
 use optimisers::{Argmin, Failure, HAS_IPOPT, Hessian, ipopt};
 use std::f64::consts::FRAC_PI_2;
 
-/// A cart with one link, upright at the end by the least effort, or as near as can be.
+/// A cart with one link that is upright at the end with the least effort, or as upright as possible.
 fn system(is_constrained: bool) -> (System, Vec<Free>, Vec<Output>) {
     let mut cart = CartPendulum::with_links(1).mechanism();
     let mut upright = Vec::new();
@@ -77,7 +77,7 @@ fn ipopt_ends_where_the_interior_point_method_does() {
     }
 }
 
-/// √x without a value left of 0, or a panic.
+/// √x, which fails or panics for x < 0.
 struct Edge {
     at: f64,
     panics: bool,
@@ -108,7 +108,7 @@ fn what_goes_wrong_does_not_go_through_ipopt() {
     let run = |at: f64, panics| ipopt(&mut Edge { at, panics }, &[at], &options, Hessian::LimitedMemory);
     assert!((run(4.0, false).expect("a minimum").x[0] - 0.25).abs() < 1e-5);
     assert!(matches!(run(-1.0, false), Err(Failure::Problem(Error::EmptyScene))));
-    // A panic is a point without a value, and IPOPT gives up.
+    // A panic counts as a failed evaluation, and IPOPT stops.
     assert!(run(4.0, true).is_err() || !run(4.0, true).expect("an end").reason.is_converged());
     let error = ipopt(&mut Edge { at: 0.0, panics: false }, &[], &options, Hessian::Exact).expect_err("no variables");
     assert!(error.to_string().contains("expected 1"), "{error}");
@@ -133,7 +133,7 @@ fn threads_wait_for_each_other() {
     });
 }
 
-/// A problem that asks IPOPT.
+/// A problem that calls IPOPT.
 struct Inner;
 impl Problem for Inner {
     fn variables(&self) -> usize {
@@ -142,7 +142,7 @@ impl Problem for Inner {
     fn evaluate(&mut self, x: &[f64], _: &mut [f64]) -> Result<f64, Error> {
         let inner = ipopt(&mut Edge { at: 1.0, panics: false }, &[1.0], &Options::default(), Hessian::LimitedMemory);
         match inner {
-            // Before the outer one begins it is a call like any other.
+            // Before the outer call begins, this is an ordinary call.
             Ok(found) => Ok(found.value + x[0] * x[0]),
             Err(error) => {
                 assert!(error.to_string().contains("IPOPT itself"));
@@ -165,7 +165,7 @@ fn a_problem_that_calls_it_again_does_not_hang() {
     }
 }
 
-/// (x + 1)² within x ≥ least, with x ≥ 1 as a constraint, and second derivatives if it knows them.
+/// (x + 1)² within x ≥ least, with x ≥ 1 as a constraint, and second derivatives if they are enabled.
 struct Line {
     at: f64,
     least: f64,
@@ -205,7 +205,7 @@ fn ipopt_answers_for_the_point_that_it_gives() {
     }
     for (least, nearest) in [(-5.0, 1.0), (1.0, 1.0), (2.0, 2.0)] {
         let mut line = Line { at: 0.0, least, knows_products: true, weight: 0.0 };
-        // A start out of bounds, where there is no value, is moved into them.
+        // A start outside the bounds, which cannot be evaluated, is moved into them.
         let found = ipopt(&mut line, &[-9.0], &Options::default(), Hessian::Exact).expect("a minimum");
         assert!(found.reason.is_converged() && (found.x[0] - nearest).abs() < 1e-6, "{found:?}");
         assert_eq!((found.value, found.constraints[0]), ((found.x[0] + 1.0).powi(2), found.x[0]));
@@ -251,7 +251,7 @@ fn what_is_asked_for_is_what_is_given() {
     let mut flat = Flat(0.0);
     assert_eq!(Argmin::new(&mut flat).expect("no constraints").cost(&vec![-1.0]).expect("no number"), f64::INFINITY);
     if HAS_IPOPT {
-        // In parts of the gradient at the start, which is 4; not what IPOPT calls acceptable.
+        // The tolerance is relative to the gradient at the start, which is 4; IPOPT's acceptable tolerance is not used.
         let options = Options { stationarity: 1e-30, ..Options::default() };
         let found = ipopt(&mut flat, &[1.0], &options, Hessian::Exact).expect("a minimum");
         assert!(found.reason.is_converged() && found.x[0].powi(3) <= 1e-30, "{found:?}");
@@ -287,7 +287,7 @@ fn what_falls_without_end_is_unbounded() {
     }
 }
 
-/// Rosenbrock's valley in some unit with x₀ as a constraint; it is stopped, or has no gradient, behind so many values and gradients.
+/// Rosenbrock's valley in some unit with x₀ as a constraint; it is stopped, or has no gradient, after the given number of values or gradients.
 struct Valley {
     at: [f64; 2],
     weights: f64,
@@ -344,7 +344,7 @@ impl Problem for Valley {
 
 const HESSIANS: [Hessian; 2] = [Hessian::Exact, Hessian::LimitedMemory];
 
-/// It went on with some 50 more simulations, and called constraints that hold infeasible.
+/// Regression: IPOPT continued for some 50 more simulations and called satisfied constraints infeasible.
 #[test]
 fn whoever_stops_a_simulation_stops_ipopt_and_argmin() {
     use argmin::core::CostFunction;
@@ -363,7 +363,7 @@ fn whoever_stops_a_simulation_stops_ipopt_and_argmin() {
     assert!(error.to_string().contains("stopped by the progress callback"), "{error}");
 }
 
-/// The point was lost with the error.
+/// Regression: the best point was lost with the error.
 #[test]
 fn where_derivatives_end_ipopt_keeps_its_point() {
     for hessian in HESSIANS.into_iter().filter(|_| HAS_IPOPT) {
@@ -377,7 +377,7 @@ fn where_derivatives_end_ipopt_keeps_its_point() {
     }
 }
 
-/// Costs in small units were called stationary where they began.
+/// Regression: costs in small units were called stationary at the start.
 #[test]
 fn ipopt_finds_the_same_in_any_unit_of_the_cost() {
     for hessian in HESSIANS.into_iter().filter(|_| HAS_IPOPT) {
@@ -417,7 +417,7 @@ fn ipopt_refuses_by_name_what_every_method_refuses() {
     refused(Valley::new(vec![Interval::FREE; 3], vec![]), &of, "expected 2 entries, found 3");
 }
 
-/// IPOPT refuses tolerances of 0, and took its own.
+/// Regression: IPOPT rejects tolerances of 0 and used its defaults.
 #[test]
 fn nothing_less_than_rounding_can_be_asked_of_ipopt() {
     if HAS_IPOPT {
@@ -447,7 +447,7 @@ fn argmin_is_told_why_a_point_has_no_gradient() {
     let error = argmin.cost(&vec![0.0; 1]).expect_err("too few");
     assert!(error.to_string().contains("expected 2 entries, found 1"), "{error}");
     assert!(argmin.gradient(&vec![0.0; 3]).is_err());
-    // 1 − ½/√x at 0 is no number, nor is there any at −1.
+    // 1 − ½/√x is not finite at 0 and undefined at −1.
     let mut edge = Edge { at: 0.0, panics: false };
     let argmin = Argmin::new(&mut edge).expect("no constraints");
     for (x, words) in [(0.0, "derivative"), (-1.0, &*Error::EmptyScene.to_string())] {

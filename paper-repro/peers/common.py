@@ -58,7 +58,7 @@ class Maximal:
             row, own, other = 2 * link, 3 * link, 3 * link - 3
             self.a[[row, row + 1], [own, own + 1]] = 1.0
             self.a[[row, row + 1], [other, other + 1]] = -1.0
-            # The inner end of this link is at the outer end of the one before, or at the cart's centre.
+            # The inner end of this link is at the outer end of the preceding one, or at the cart's centre.
             angles = [own + 2] + ([other + 2] if link > 1 else [])
             self.c[row, angles] = -HALF_LENGTH
             self.s[row + 1, angles] = -HALF_LENGTH
@@ -70,7 +70,7 @@ class Maximal:
 
 
 def time_ms(function, budget=2.0):
-    """The median time of a call, after one that is not counted."""
+    """The median time of a call, after one call that is not timed."""
     function()
     times, end = [], time.perf_counter() + budget
     while len(times) < 5 or time.perf_counter() < end:
@@ -81,7 +81,7 @@ def time_ms(function, budget=2.0):
 
 
 def row(tool, scheme, value_ms, both_ms, value, gradient, remark="", reference=(REFERENCE_VALUE, REFERENCE_GRADIENT)):
-    """One line of the table; `reference` is None where another scheme makes the numbers incomparable."""
+    """One line of the table; `reference` is None if another scheme makes the numbers incomparable."""
     errors = ["", ""]
     if reference is not None:
         expected = np.asarray(reference[1])

@@ -10,7 +10,7 @@ n, m = x.n, x.m
 
 
 def sparse(matrix):
-    """Without the zeros, which CasADi would keep as entries."""
+    """The sparse matrix without zeros, which CasADi would otherwise store as entries."""
     return ca.sparsify(ca.DM(matrix))
 
 

@@ -8,7 +8,7 @@ x = Maximal()
 n, m = x.n, x.m
 
 
-# Products with Phi_q, not the matrix itself: 20 tangents at once go through them.
+# Products with Phi_q instead of the matrix itself, for 20 tangents at once.
 def phi_q_times(q, v):
     return x.a @ v - x.c @ (jnp.sin(q) * v) + x.s @ (jnp.cos(q) * v)
 

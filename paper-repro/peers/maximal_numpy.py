@@ -1,4 +1,4 @@
-"""The paper's scheme as one would write it down: all 4n + m unknowns y = (v, g, q, p, sigma) of a step, dense matrices (g = dp*/dt)."""
+"""The paper's scheme in its plain form: all 4n + m unknowns y = (v, g, q, p, sigma) of a step, dense matrices (g = dp*/dt)."""
 
 import numpy as np
 

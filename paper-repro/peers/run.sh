@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The same task with other tools, and with a program written by hand for this one mechanism; README.md tells what is compared.
+# Runs one task with other tools and with a program written by hand for this one mechanism; README.md describes the comparison.
 #
-#   run.sh yardstick          the crate beside the program written by hand: g++ and cargo, no Python, under a minute once built
+#   run.sh yardstick          the crate and the program written by hand; needs g++ and cargo, no Python; under a minute once built
 #   run.sh peers [FOLDER]     the Python packages, installed into a virtual environment in FOLDER (default: a temporary one)
 #   run.sh all [FOLDER]       both
 #
@@ -30,7 +30,7 @@ main() {
     esac
 }
 
-# What ran it, and how busy it was.
+# Processor and load of the machine.
 machine() {
     local model load
     model=$(sed -n 's/^model name[[:space:]]*: //p' /proc/cpuinfo 2>/dev/null | head -n 1)
@@ -39,8 +39,8 @@ machine() {
         "load average at the start ${load:-unknown}"
 }
 
-# Alternates the programs, so that all see the same load, and prints medians over the rounds. The crate is built as cargo does by default, and for
-# processors with AVX2 and for this one, as the program by hand is.
+# Alternates the programs, so that all run under the same load, and prints medians over the rounds. The crate is built with cargo's defaults, for
+# processors with AVX2, and for this processor, like the program written by hand.
 yardstick() {
     local k dt repeat round
     local target=${CARGO_TARGET_DIR:-$repository/target}
@@ -74,7 +74,7 @@ yardstick() {
 
 build() { cargo build --quiet --release --manifest-path "$repository/Cargo.toml" --target-dir "$1" --example cart_pendulum; }
 
-# Runs a fresh copy of a program: where its pages lie in memory changes times by up to 9 %, and stays as it is for one file.
+# Runs a fresh copy of a program: the location of its pages in memory changes times by up to 9 % and is the same in all runs of one file.
 anew() {
     local program=$1
     shift
@@ -83,7 +83,7 @@ anew() {
     "$scratch/copy" "$@"
 }
 
-# Times the crate as it was built into a folder.
+# Times the crate that was built into the given folder.
 crate() { anew "$1/release/examples/cart_pendulum" --links "$k" --dt "$dt" --repeat "$repeat" >"$scratch/$2.json"; }
 
 # A time of the crate, in ms.
@@ -92,7 +92,7 @@ seconds() { sed -n "s/.*\"$2\": \([^,]*\).*/\1/p" "$scratch/$1.json" | awk '{ pr
 # Value and gradient by hand, in ms.
 floor_ms() { sed -n 's/.*fwd+grad us med \([^ ]*\).*/\1/p' "$scratch/floor$1.log" | awk '{ print 1e-3 * $1 }'; }
 
-# The median of what it reads.
+# The median of the numbers on standard input.
 median() { sort -g | awk '{ x[NR] = $1 } END { print x[int((NR + 1) / 2)] }'; }
 
 # One line of the table from all rounds.
@@ -104,7 +104,7 @@ row() {
     printf '| %s | %.3f | %.3f | %.3f | %.3f | %.4f | **%.2f** | **%.2f** | **%.2f** | %.4f | %.2f | %.0e |\n' "$1" "${medians[@]}" "$(quickest)" "$(difference)"
 }
 
-# The ratio of the shortest times, which others on the machine disturb least.
+# The ratio of the shortest times, which other programs on the machine disturb least.
 quickest() {
     awk '{ if (NR == 1 || $2 < ours) ours = $2; if (NR == 1 || $5 < hand) hand = $5 } END { print ours / hand }' "$scratch/rounds"
 }
@@ -117,7 +117,7 @@ difference() {
         END { print worst / size }'
 }
 
-# A package or a peer that fails becomes a line of the table, not the end of the script.
+# A failed package or peer becomes a line of the table and does not end the script.
 peers() {
     local folder=$1 package peer
     mkdir -p "$folder"

@@ -1,4 +1,4 @@
-"""Makes triple_pendulum.json: a triple pendulum by the trapezoidal rule of the paper in 40 digits, and derivatives of its cost.
+"""Computes triple_pendulum.json: a triple pendulum by the trapezoidal rule of the paper with 40 digits, and derivatives of its cost.
 
 Three thin rods (1 kg, 1 m) hang in a chain from the origin and are released at rest, stretched out along the x axis; g = 9.81 m/s^2;
 coordinates (x, y, phi) of each rod; a torque u_i on the first rod, all zero; dt = 0.01 s, 500 steps;

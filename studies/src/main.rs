@@ -2,7 +2,7 @@
 //!
 //! `mpirun -n 4 target/release/studies FILE [STARTS]`
 //!
-//! Run again with the same file, it goes on where a run was lost.
+//! If it is run again with the same file, it continues an interrupted run.
 
 mod ranks;
 
@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let world = universe.world();
     let arguments: Vec<String> = std::env::args().collect();
     let count = arguments.get(2).map_or(Ok(40), |text| text.parse::<usize>())?;
-    let (file, starts) = (arguments.get(1).ok_or("give a file for the outcomes")?, starts(count));
+    let (file, starts) = (arguments.get(1).ok_or("the first argument must be a file for the outcomes")?, starts(count));
 
     let mut cart = CartPendulum::default().mechanism();
     let (force, angles) = (cart.force, cart.links.iter().map(|link| link.coordinates[2]).collect::<Vec<_>>());
@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     });
     let (study, before) = match run {
         Ok(run) => run,
-        // The others wait for work, and cannot be told otherwise.
+        // The other ranks wait for work and cannot be notified.
         Err(error) => {
             eprintln!("error: {error}");
             world.abort(1)

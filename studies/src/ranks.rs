@@ -1,21 +1,21 @@
 //! A study over the ranks of MPI: rank 0 hands out starts and keeps the file, the others compute.
 //!
-//! A worker asks by sending what it has finished (an empty message at first); the answer is the number of its next start, or that there is none. So
-//! ranks take work as they get free, and what is found does not depend on how many there are. A line of the file is one outcome; a run that
-//! is lost loses the starts that were being computed, and the next run goes on with the rest.
+//! A worker requests work by sending its finished outcome (at first an empty message); the answer is the number of its next start, or the message that
+//! none is left. Outcomes therefore do not depend on the number of ranks. A line of the file is one outcome; an interrupted run loses only the starts
+//! being computed, and the next run continues with the rest.
 
 use hamiltonian_adjoint::optimize::{Outcome, Problem};
 use hamiltonian_adjoint::{Error, Finished, Study};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, Destination, Source};
 
-/// What a worker is told when there is nothing left.
+/// Answer to a worker if no start is left.
 const NO_MORE: u64 = u64::MAX;
 
-/// What rank 0 does. With a single rank it computes by itself.
+/// The work of rank 0. A single rank also computes the starts itself.
 ///
 /// # Errors
-/// A file that cannot be written any more, a message that is no outcome; the workers are told to end first.
+/// The file cannot be written, or a message is not an outcome; the workers are stopped first.
 pub fn lead<P: Problem>(
     world: &SimpleCommunicator,
     study: &mut Study,
@@ -41,7 +41,7 @@ pub fn lead<P: Problem>(
     wrong
 }
 
-/// What every other rank does.
+/// The work of every other rank.
 pub fn follow<P: Problem>(
     world: &SimpleCommunicator,
     starts: &[Vec<f64>],
