@@ -261,7 +261,7 @@ impl fmt::Display for Warning {
             ),
             Warning::LostDigits { step, time, unknown, pivot } => write!(
                 f,
-                "digits are lost in the elimination of {unknown} in step {step} (t = {} s): the pivot is {pivot:.1e} times the terms of which it is the difference; masses may be very different, or the configuration nearly singular",
+                "digits are lost in the elimination of {unknown} in step {step} (t = {} s): the pivot is a difference of nearly equal terms, {pivot:.1e} times their size; masses may be very different, or the configuration nearly singular",
                 seconds(*time)
             ),
             Warning::AdjointGrowth { factor } => write!(

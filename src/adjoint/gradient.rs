@@ -46,8 +46,8 @@ pub struct AdjointVariables {
     pub alpha: DMatrix<f64>,
     /// Δt Σ_s a_s0 b_s, as in `alpha`: the negative derivative of J with respect to ṗ* at the beginning of the step.
     pub beta: DMatrix<f64>,
-    /// The part of the derivative of J with respect to σ₋, the σ at the beginning of a macro step that ends with a restart, that is caused by its
-    /// effect on the σ after the restart (m × (N + 1); 0 at other nodes).
+    /// The part of dJ/dσ₋ that acts through σ after the restart, where σ₋ is σ at the beginning of a macro step that ends with a restart (m × (N +
+    /// 1); 0 at other nodes).
     pub s: DMatrix<f64>,
     /// The paper's w of Eq. (9), (4n + m) × (N + 1): w = (h₊ a₊ − J_v, h₊ b₊ − J_ṗ*, c, d, e), and at node 0
     /// (−dJ/dq₀, −dJ/dp*₀, c, d, e), see [`paper_system`](crate::paper_system).

@@ -11,7 +11,7 @@ use crate::number::add;
 use crate::scheme::StageAdjoint;
 use crate::system::{Covector, InputRows, NodeView, Pair};
 
-/// True if corrections with 𝓛_vqᵀ, which shrink like the drift, have become rounding, as opposed to slow corrections.
+/// True if the corrections with 𝓛_vqᵀ (which decrease in proportion to the drift) consist of rounding errors and do not merely converge slowly.
 pub(super) fn is_rounding(correction: f64, last: f64, size: f64) -> bool {
     correction <= 1e-16 * size || correction >= 0.5 * last && correction <= 1e-13 * size
 }

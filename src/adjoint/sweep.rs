@@ -48,7 +48,7 @@ pub(crate) struct AdjointSweep {
     pub(crate) cost: CostRows,
     pub(crate) cost_is_zero: bool,
     pub(crate) rows: StateRows,
-    /// The right-hand side of the adjoint equations, then (c, e), in the solver's order.
+    /// The right-hand side of the adjoint equations, overwritten by the solution (c, e); in the solver's order.
     pub(crate) right: Vec<f64>,
     /// (c, e) before its refinement.
     pub(super) solution: Vec<f64>,

@@ -86,8 +86,8 @@ fn contradiction(
     allowed: impl Fn(f64) -> f64,
 ) -> Option<bool> {
     let (dual, apart) = (place.truth[(row, column)], (place.truth[(row, column)] - place.differences[(row, column)]).abs());
-    // Differences across a narrow feature are no evidence; shorter ones must clearly show the same contradiction. Short ones of which
-    // rounding leaves half a digit still show which value is nearer.
+    // Differences across a narrow feature are no evidence; shorter ones must clearly show the same contradiction. Even if rounding leaves only half a
+    // digit of a difference with a short step, it still shows which value is nearer.
     let finer = |level: i32| {
         let (shorter, error) = of.differences(&place.x, column, magnitudes, level);
         ((dual - shorter[row]).abs(), error[row])
@@ -144,8 +144,6 @@ fn lost(entry: &str, dual: f64, differences: f64) -> String {
 
 fn unsure(entry: &str, dual: f64, differences: f64) -> String {
     format!(
-        "{entry} is {dual:.6e} by dual numbers and complex step, and {differences:.6e} by differences, which are lost in \
-         rounding when their steps are short: a narrow feature next to the point, or a derivative that the formula loses; to decide, \
-         remove constant terms from the formula"
+        "{entry} is {dual:.6e} by dual numbers and complex step, but {differences:.6e} by differences, and with shorter steps the differences are lost in rounding. Either there is a narrow feature near the point, or the formula loses a derivative; to decide, remove constant terms from the formula"
     )
 }

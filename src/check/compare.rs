@@ -88,11 +88,11 @@ fn doubt((features, points): (&Features, &[&[f64]]), report: &mut BlockReport) {
             unseen.join(", nor ")
         ));
     } else if features.is_blind() {
-        let note = "the formula compares values (`re()`) with the same outcome at all points; if another one is possible, add a point for it with `.at(point)`";
+        let note = "the formula compares values (`re()`), but every comparison has the same outcome at all points; if another outcome is possible, add a point for it with `.at(point)`";
         report.notes.push(note.into());
     }
     if features.excludes {
-        report.notes.push("branches and features that only inadmissible points show were not compared".into());
+        report.notes.push("branches and features that occur only at inadmissible points were not compared".into());
     }
 }
 

@@ -133,10 +133,9 @@ impl Form {
         variant.is_within(&self.graph.values(&variant.order, None, x))
     }
 
-    /// The difference between the gradients of a variant and of the formula at a point, relative to both, in the entry with the largest
-    /// difference. It is reduced if this difference is small relative to the rest of its row, scaled by the sizes of the arguments. It is
-    /// almost 0 if the node has an effect but the difference is lost in rounding, and 0 if the point gives no information about the
-    /// variant.
+    /// Relative difference between the gradients of a variant and of the formula at a point, divided by the sum of both magnitudes; the largest over
+    /// all entries. It is reduced if this difference is small relative to the rest of its row, scaled by the sizes of the arguments. It is almost 0
+    /// if the node has an effect but the difference is lost in rounding, and 0 if the point gives no information about the variant.
     pub fn shows(&self, variant: &Variant, x: &[f64], sizes: &[f64]) -> f64 {
         let Variant { node, other, results, order, .. } = variant;
         let values = self.graph.values(order, None, x);

@@ -33,7 +33,7 @@ pub(crate) trait Formula {
     }
 }
 
-/// A formula times its last argument, independent of the number type: values, and derivatives along a direction by two references.
+/// The product of a formula and its last argument, for any number type: its values, and its directional derivatives by two reference methods.
 pub(crate) trait Differentiable {
     fn real(&self, x: &[f64]) -> Vec<f64>;
     /// The values, and their derivatives along a direction by dual numbers.

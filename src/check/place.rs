@@ -10,7 +10,7 @@ use super::scale::sizes;
 
 /// Allowed error of an entry in multiples of the noise of the true value.
 pub(crate) const NOISE: f64 = 64.0;
-/// Allowed error as a fraction of the largest change in the row, in sizes of the arguments: a slope of 1e-36 may be 0 by hand.
+/// Allowed error as a fraction of the largest change in the row, per size of the argument: a slope of 1e-36 may be given as 0.
 const LOST: f64 = 1e-20;
 /// Values within this factor count as similar in size, because sums of like terms may cancel at one place.
 const ALIKE: f64 = 16.0;

@@ -51,7 +51,7 @@ pub(crate) struct Setting<'a> {
     pub arguments: Vec<String>,
     /// Arguments of one kind (q, v, σ, …), which may be mistaken for one another; empty if they cannot be changed freely.
     pub groups: Vec<(String, Range<usize>)>,
-    /// Named constants that may be a wrong factor.
+    /// Named constants that are tried as erroneous factors of the user's block.
     pub factors: Vec<(String, f64)>,
     /// Tolerance of an entry, relative to the size of its row and column.
     pub tolerance: f64,

@@ -153,7 +153,8 @@ impl<'a> Features<'a> {
         }
     }
 
-    /// Adds a point that shows a variant if this many starts lead to one. Returns true if no admissible point can show the variant.
+    /// Searches from at most `starts` start points for a point at which a variant differs from the formula, and adds it. Returns true if no
+    /// admissible point can show the variant.
     fn show(&mut self, (f, v): (usize, usize), exponents: &[i32], starts: usize) -> bool {
         let Variant { of, window, .. } = self.forms[f].variants[v];
         let goals = self.forms[f].variants[v].goals.clone();

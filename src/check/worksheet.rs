@@ -75,7 +75,7 @@ struct SheetBlock {
 
 /// A list, or its only entry: Matlab writes a list of one entry as the entry itself.
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "expected a list, or the only entry of one")]
+#[serde(untagged, expecting = "expected a list, or the entry itself if there is only one")]
 enum List<T> {
     Many(Vec<T>),
     One(T),

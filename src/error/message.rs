@@ -87,8 +87,7 @@ impl fmt::Display for Error {
             ),
             Error::NotFree { quantity, equation } => write!(
                 f,
-                "`{quantity}` cannot be free by itself if the start is given, because any other value would violate {equation}; \
-                 use `Start::assembled`, so that the start is adjusted to its value (hold a free coordinate with `Start::hold`)"
+                "`{quantity}` cannot be free if the start is given, because any other value would violate {equation}; use `Start::assembled`, which adjusts the start to this quantity (an initial coordinate that is free must also be held with `Start::hold`)"
             ),
             Error::DependentConstraints { rank, rows, equations, time } => write!(
                 f,

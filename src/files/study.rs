@@ -37,7 +37,7 @@ pub struct Finished {
 }
 
 impl Finished {
-    /// The result of a start from its outcome; a point that is not finite counts as an error.
+    /// Converts the outcome of the optimisation from start number `start` to a stored result; if x is not finite, the result is an error.
     pub fn new(start: usize, outcome: &Result<Outcome, Error>) -> Self {
         let finite = |x: f64| x.is_finite().then_some(x);
         let failed = |reason: String| Finished {

@@ -206,7 +206,11 @@ fn check_time(header: &csv::StringRecord) -> Result<(), Error> {
     if k == 0 || bare(first).contains("time") {
         return Ok(());
     }
-    let problem = format!("column {} is called `{}`; the time is the first column, here `{first}`", k + 1, &header[k]);
+    let problem = format!(
+        "column {} is called `{}`, but the first column, called `{first}`, is used as the time; move the time to the first column",
+        k + 1,
+        &header[k]
+    );
     Err(wrong(1, &problem))
 }
 

@@ -144,8 +144,9 @@ impl Accelerations {
         }
     }
 
-    /// Checks that costs do not depend on a reaction that other constraints may take over. The check uses another λ than that of the last state, at
-    /// which derivatives may happen to be zero; determined sums of reactions are determined at any λ. `gradient` adds the derivatives at a λ to rows.
+    /// Checks that costs do not depend on a reaction that other constraints may take over. The check uses another λ than that of the last state,
+    /// where derivatives may happen to be zero. A sum of reactions that the motion determines is the same for every λ. `gradient` adds the
+    /// derivatives at a λ to rows.
     ///
     /// # Errors
     /// A cost depends on such a reaction.

@@ -60,7 +60,7 @@ fn kinks(inputs: &Inputs) -> Vec<usize> {
         let [u0, u1, u2] = [node - 1, node, node + 1].map(|node| u[(channel, node)]);
         let (before, after) = ((u1 - u0) / steps[node - 1], (u2 - u1) / steps[node]);
         let rounding = SAME * largest[channel] / steps[node - 1].abs().min(steps[node].abs());
-        // Next to a jump, which is a short step, other slopes are small.
+        // A jump is a short step with a large slope; the slopes next to it are small in comparison.
         (after - before).abs() > STRAIGHT * before.abs().max(after.abs()) + rounding
     };
     let bends = |node: &usize| (0..u.nrows()).any(|channel| bends_in(channel, *node));

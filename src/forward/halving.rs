@@ -69,7 +69,8 @@ impl Motion {
         Refinement::new(&grid.steps, grid.around[0], &self.trajectory.inserted)
     }
 
-    /// The number, from 1, of the given step that ends at a node or contains it, in the longer motion that contains this one; 0 for its start.
+    /// Number (from 1) of the given step that contains or ends at `node`, counted in the longer motion of which this motion is a part; 0 at the start
+    /// of this motion.
     pub(crate) fn step_of_whole(&self, node: usize) -> usize {
         if node == 0 { 0 } else { self.node_of_whole(node) }
     }

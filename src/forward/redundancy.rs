@@ -27,7 +27,7 @@ pub(super) const COMPLIANCE: f64 = 1e-11;
 const SOFT: f64 = 0.1;
 /// Largest gap of a compliance relative to the largest velocity; a larger one means that constraints contradict each other.
 pub(super) const CONTRADICTION: f64 = 1e-6;
-/// Violations of dΦ/dt = 0 below this are the shared load, m/s or rad/s.
+/// Violations of dΦ/dt = 0 smaller than this (m/s or rad/s) come from the load that dependent constraints share, not from drift, and are ignored.
 const LOAD: f64 = 1e-9;
 /// Loss of kinetic energy by compliances in all steps, relative to the largest one, above which equations are left out.
 const BRAKE: f64 = 1e-9;

@@ -1,8 +1,9 @@
 //! Selection of the dependent constraints that are left out after their positions have drifted apart.
 //!
-//! The compliances of `forward/redundancy.rs` share a reaction, but after a drift of Φ by δ has made the rows of Φ_q independent they brake the
-//! motion, by δ²/μ of its velocity in each step. The remedy is to leave out as many equations as follow from the others. They are chosen at the
-//! projection of a node onto Φ = 0, where Φ_qᵀz = 0 holds to rounding for each dependency z, one after the other:
+//! The compliances of `forward/redundancy.rs` distribute a reaction among dependent constraints. However, once a drift δ of Φ has made the rows of
+//! Φ_q independent, the compliances brake the motion: each step reduces its velocity by the fraction δ²/μ. The remedy is to leave out as many
+//! equations as follow from the others. They are chosen at the projection of a node onto Φ = 0, where Φ_qᵀz = 0 holds to rounding for each dependency
+//! z, one after the other:
 //!
 //! ```text
 //!   leave out the j with the largest share |z_j| √(Φ_q M⁻¹ Φ_qᵀ)_jj:     μ_j = 1e6 (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj

@@ -80,7 +80,7 @@ impl<K: NodeKernel> Kernel for K {
     }
 }
 
-/// The kernels for nodes of `size` unknowns; `linked` nodes couple to at most one later node, which has their own size.
+/// The kernels for nodes of `size` unknowns. With `linked`, each node is coupled to at most one later node, which has the same size.
 pub(super) fn kernel(size: usize, linked: bool) -> &'static dyn Kernel {
     match size {
         1 if linked => &Link::<1>,

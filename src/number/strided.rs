@@ -25,7 +25,7 @@ impl Strided {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct StridedDifference {
     first: usize,
-    /// Position of the first of the others.
+    /// Position of the first subtracted number, if differences are taken.
     reference: Option<usize>,
     pub(crate) stride: usize,
 }

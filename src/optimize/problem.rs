@@ -42,7 +42,7 @@ impl Interval {
         Interval { least, ..Interval::FREE }
     }
 
-    /// The value of the interval nearest to x.
+    /// Returns the number in the interval that is nearest to x.
     pub fn nearest(&self, x: f64) -> f64 {
         // Not `clamp`, which panics if the bounds are NaN or in the wrong order.
         x.max(self.least).min(self.most)

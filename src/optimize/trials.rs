@@ -36,7 +36,7 @@ impl<'s> Trials<'s> {
             if let Some(i) = (0..found).find(|&i| motion.free().meaning(i) != first.free().meaning(i)) {
                 let (name, _, value, _) = motion.free().meaning(i);
                 let what = format!("the scale of variable {i} of trial {trial}, `{name}`,");
-                let must_be = "that of the same quantity in the same form as in trial 0";
+                let must_be = "that of the same quantity as in trial 0, with the same scale and form";
                 return Err(Error::Parameter { what, value, must_be });
             }
         }

@@ -71,7 +71,7 @@ impl Variables {
         let is_single = |of: &&Free| matches!(of.quantity, Quantity::StepLength(_));
         let singles = free.iter().filter(is_single).count() as f64;
         let has_duration = free.iter().any(|of| of.quantity == Quantity::Duration);
-        let count = || "the number of single step lengths beside a free duration".into();
+        let count = || "the number of free individual step lengths, if the duration is free,".into();
         require(singles == 0.0 || !has_duration, count, singles, "0; free either the duration or single step lengths")?;
         let mut variables = Variables { free, first, shares: Vec::new(), steps: Vec::new(), names };
         variables.take(inputs)?;

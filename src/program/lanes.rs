@@ -104,7 +104,7 @@ impl<F: FnMut(usize, usize, &[f64])> Sink for Put<F> {
     }
 }
 
-/// Also passes repeated elements of the chunk before, so that most slices have the full number of lanes.
+/// Also passes the elements repeated from the previous chunk, so that most slices have the full number of lanes.
 struct Write<F>(F);
 
 impl<F: FnMut(usize, usize, &[f64])> Sink for Write<F> {

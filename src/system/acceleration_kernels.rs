@@ -39,7 +39,8 @@ impl AccelerationKernels {
     }
 }
 
-/// The program for the derivatives of c·f + e·g, differentiated along q, v, u, t and constants at fixed v̇ and λ, and the slot of each result.
+/// The program for the directional derivative of the gradient of c·f + e·g, along q, v, u, t and constants at fixed v̇ and λ, and the slot of each
+/// result.
 ///
 /// The direction of v is stored in the place of d, which does not occur in c·f + e·g; the other directions are stored as rates, next to v̇ and λ. The
 /// parameters are those of the formula, followed by the factors of the constants.

@@ -137,7 +137,7 @@ pub struct InputRows<'a> {
 pub struct Within {
     /// The number of the element among all elements.
     pub element: usize,
-    /// The change minus the prediction from the derivatives at the ends of the step.
+    /// The actual change of the sum over the step minus its prediction from the derivatives at both ends of the step.
     pub missed: f64,
     /// The larger magnitude of the change and its prediction.
     pub change: f64,

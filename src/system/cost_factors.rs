@@ -16,7 +16,7 @@ impl CostFactors {
         CostFactors::of_one(0, outputs)
     }
 
-    /// J (0) or one of the outputs (from 1 on) alone, for a given number of outputs.
+    /// Factors that select a single function, J (`which` = 0) or output number `which` (from 1 on), out of J and `outputs` outputs.
     pub fn of_one(which: usize, outputs: usize) -> Self {
         let mut factors = CostFactors { all: vec![0.0; 1 + outputs], some: 0..0 };
         factors.choose(which);

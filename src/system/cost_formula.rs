@@ -92,7 +92,7 @@ impl CostFormula {
         self.first_of_prelude() + self.kernel.fixed()
     }
 
-    /// Sets the constants and, if the formula was recorded again, its numbers. Returns whether the program still applies.
+    /// Sets the constants and, if the formula was recorded again, the plain numbers in it. Returns whether the program still applies.
     pub fn fix(&self, b: &[f64], now: Option<&(Template, Vec<f64>)>, memory: &mut CostMemory) -> bool {
         let numbers = now.map_or(&self.numbers, |(_, numbers)| numbers);
         if now.is_some_and(|(template, _)| *template != self.template) {

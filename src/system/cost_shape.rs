@@ -2,7 +2,7 @@
 
 use crate::model::element::ListPoint;
 
-/// The list of a node that an argument belongs to.
+/// The list of quantities at a node (q, v, …) to which an argument belongs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Of {
     Q,

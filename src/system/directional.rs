@@ -52,7 +52,7 @@ impl PlacedElement {
         OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| put(of, hyper_parts(&x)));
     }
 
-    /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along the inputs of a direction (u, t and b).
+    /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt caused by the changes of the inputs u, t and b in a direction.
     pub fn add_changes(&self, at: &NodeView<f64>, along: &NodeView<f64>, sums: &mut Sums<f64>) {
         let inputs = NodeView { q: &[], v: &[], sigma: &[], ..*along };
         self.first_along((at, &inputs), Seed::None, &mut |of, parts| *self.place(of, sums) += parts[2]);

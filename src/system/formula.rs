@@ -174,7 +174,8 @@ impl Formula {
         })
     }
 
-    /// Whether derivatives may vary within a step other than as sines of angles; the change of these angles is checked separately.
+    /// True if derivatives may vary within a step in another way than as sines and cosines of angles; the change of those angles is checked
+    /// separately.
     pub fn may_bend(&self) -> bool {
         self.timed || !self.constant && !self.sinusoidal
     }

@@ -48,7 +48,7 @@ pub enum ElementKind {
 }
 
 impl ElementKind {
-    /// The number of its a × a blocks.
+    /// Number of square blocks (a × a, for a active coordinates) of an element of this kind.
     pub const fn squares(self) -> usize {
         match self {
             ElementKind::Kinetic => 3,

@@ -18,7 +18,8 @@ use crate::number::{Hyper, hyper, hyper_parts};
 use crate::program::{Graph, Node, Obstacle, record_branch};
 use crate::{System, Warning};
 
-/// Graphs are compared after relative displacements of the arguments by this and by twice as much; finer steps (few digits) count as slopes.
+/// Relative displacement of the arguments for comparing graphs; twice this displacement is also used. Steps of a function that are finer than this
+/// (few digits) are treated as a slope.
 const NEAR: f64 = 5e-7;
 /// Largest relative displacements of the arguments for comparing values, for first and for second derivatives: the smallest for functions that
 /// change within a small part of an argument, the largest for values that are rounded coarsely.
@@ -79,8 +80,8 @@ impl Reader<'_> {
         self.x.iter().zip(along).map(|(x, along)| x + distance * along).collect()
     }
 
-    /// Whether values read along a direction, on one of its sides, change the formula as lost derivatives do, by more than `share` of its change with
-    /// the arguments themselves.
+    /// True if the values that a formula reads change its result as lost derivatives would, in at least one of the two senses of a direction, and by
+    /// more than `share` of the change caused by the arguments themselves.
     fn loses(&self, along: &[f64], order: Order, share: f64) -> bool {
         let is_energy = matches!(self.kind, Some((ElementKind::Kinetic | ElementKind::Potential, _)));
         let moves = |(_, n): (ElementKind, usize)| along[..2 * n].iter().any(|along| *along != 0.0);

@@ -37,7 +37,7 @@ pub trait AnyCost:
 
 impl<C: ListCost> AnyCost for C {}
 
-/// A cost with fixed numbers of arguments, as a cost of lists.
+/// Adapter: a cost with fixed numbers of arguments, used as a [`ListCost`].
 pub struct Fixed<C, const N: usize, const M: usize, const K: usize, const P: usize>(pub C);
 
 impl<C: Cost<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> ListCost for Fixed<C, N, M, K, P> {

@@ -187,7 +187,7 @@ fn places(entry: &BlockEntry, elements: &[&Element]) -> Vec<[u32; 2]> {
     elements.iter().map(|element| element.row_and_col(entry).map(|place| place as u32)).collect()
 }
 
-/// The places as first places and a common stride for rows and columns (and for what they are relative to), if possible.
+/// The first place and a common stride of rows and columns, and of the rows and columns subtracted from them; `None` if there is no common stride.
 fn strided(relative: &RelativeEntry, elements: &[&Element]) -> Option<[StridedDifference; 2]> {
     let entry = relative.entry;
     let of = |which: usize, entry: &BlockEntry| places(entry, elements).iter().map(|place| place[which]).collect::<Vec<_>>();

@@ -75,7 +75,7 @@ impl Scatter {
         places.into_iter().flat_map(|((block, begins), signed)| Scatter::at_places(block, &begins, signed)).collect()
     }
 
-    /// Splits additions and subtractions into parts with one or two places of either kind, or of both.
+    /// Splits the places for addition and subtraction into groups: one or two of one kind, or one or two of each.
     fn at_places(block: Block, begins: &[usize], [mut plus, mut minus]: [Vec<Vec<u32>>; 2]) -> Vec<Scatter> {
         let (mut all, mut sign) = (Vec::new(), 1.0);
         while !plus.is_empty() || !minus.is_empty() {

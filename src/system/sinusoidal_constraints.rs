@@ -286,8 +286,8 @@ impl Sines {
         }
     }
 
-    /// Adds the derivatives, with respect to the state, of the change of ψ = c·𝓛_v + d·𝓛_q + e·dΦ/dt along a direction. With ŝ and ŝ′ as s and s′ but
-    /// with e in the place of σ, and with ṡ and ṡ′ those of the direction's σ,
+    /// Adds the derivatives, with respect to the state, of the change of ψ = c·𝓛_v + d·𝓛_q + e·dΦ/dt along a direction. Let ŝ and ŝ′ be s and s′ with
+    /// e in place of σ, and let ṡ and ṡ′ be s and s′ with the σ of the direction. Then
     ///
     /// ```text
     ///   ψ_q = c s′ − d v s + v ŝ′      ψ_v = d s′ + ŝ      ψ_σ = c Φ_q + d (dΦ/dt)_q

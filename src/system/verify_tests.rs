@@ -231,7 +231,7 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
 {
     let mut draw = Draw(name.len() as u64);
     let (mut said, mut tried) = (0, 0);
-    // All combinations of few constants; otherwise each constant bound alone, and some further combinations.
+    // If there are few constants, all combinations of bound constants; otherwise each constant bound alone, and some further combinations.
     let few = |zeros: &usize| P <= 6 || zeros.count_ones() <= 1 || zeros.is_multiple_of(61);
     for zeros in (0..1usize << P).filter(few) {
         tried += 1;

@@ -12,7 +12,8 @@ pub enum Beside {
 }
 
 impl Beside {
-    /// The sides that are counted at a node, for a grid of `nodes` nodes.
+    /// The adjacent steps for which the costs at a node are evaluated, for a grid of `nodes` nodes: both together, or one after the other if u̇ jumps
+    /// at the node.
     pub fn of(node: usize, nodes: usize, jumps: bool) -> &'static [Beside] {
         if jumps && node > 0 && node + 1 < nodes { &[Beside::Before, Beside::After] } else { &[Beside::Both] }
     }

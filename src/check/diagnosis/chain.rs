@@ -66,7 +66,7 @@ const WRONG: [Wrong; 9] = [
     }),
     (Mistake::TermWrong, true, "inner derivative squared: that of {z}", |s| (s.slope)(s.z) * s.inner * s.inner),
     (Mistake::TermWrong, false, "the derivative of {y} by {z} is taken as 1", |s| s.inner),
-    (Mistake::OtherArgument, false, "{y} is used instead of its derivative by {z}", |s| s.y * s.inner),
+    (Mistake::OtherArgument, false, "{y} is used instead of its derivative with respect to {z}", |s| s.y * s.inner),
     (Mistake::OtherArgument, false, "{z} has the wrong sign in the derivative of {y}", |s| (s.slope)(-s.z) * s.inner),
     (Mistake::OtherArgument, false, DEGREES, |s| (s.slope)(s.z * 180.0 / PI) * s.inner),
     (Mistake::OtherArgument, false, DEGREES, |s| (s.slope)(s.z * PI / 180.0) * s.inner),

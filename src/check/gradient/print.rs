@@ -84,16 +84,14 @@ impl GradientReport {
         if let Some(DirectionReport { name, .. }) = rows().find(|row| row.only_differences_differ()) {
             writeln!(
                 f,
-                "  along `{name}` only the differences disagree: {} has a kink at these inputs, for example by abs, max or min at zero, and only \
-                 one-sided derivatives; or it is rough, or a formula loses a derivative, for example by `re()`; move the inputs slightly and repeat the check",
+                "  along `{name}` only the differences disagree. {} may have a kink at these inputs, for example from abs, max or min at zero, so that only one-sided derivatives exist; it may be rough; or a formula may lose a derivative, for example by `re()`. Move the inputs slightly and repeat the check",
                 self.of
             )?;
         }
         if let Some(DirectionReport { name, .. }) = rows().find(|row| !row.differences.is_finite()) {
             writeln!(
                 f,
-                "  along `{name}` there are no differences: at neighbouring inputs the motion fails, or it halves other steps or \
-                 restarts elsewhere, so that {} is another function; formulas that lose a derivative are not detected there",
+                "  along `{name}` the differences could not be computed: at neighbouring inputs the motion fails, or other steps are halved or restarts occur at other nodes, so that {} is a different function there; along this direction, formulas that lose a derivative are not detected",
                 self.of
             )?;
         }

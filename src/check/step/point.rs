@@ -173,7 +173,8 @@ impl Places<'_> {
     }
 }
 
-/// Size of each argument along the motion. One that is always zero gets the size of its kind (in units of the masses if needed), or 1.
+/// Size of each argument along the motion. If an argument is always zero, its size is that of its kind (made comparable by the masses if units
+/// differ), or 1.
 pub(super) fn magnitudes(paper: &PaperSystem) -> Vec<f64> {
     let nodes = paper.inputs.grid.nodes();
     let (motion, design) = (paper.trajectory, paper.system.parameters().values(paper.inputs.design.as_slice()));

@@ -15,7 +15,7 @@ const MOST_PRODUCTS: usize = 200;
 const DETERMINED: f64 = 1e-10;
 /// Corrections that have stopped shrinking are rounding below this fraction of the largest number if all coordinates are free …
 const STALLED: f64 = 1e-11;
-/// … and below this one divided by the freedom of the held coordinates.
+/// As `STALLED`, if coordinates are held: the fraction is then this number divided by the smallest freedom of a held coordinate, if that is larger.
 const ROUNDED: f64 = 64.0 * f64::EPSILON;
 
 /// K(0) bordered by the held coordinates.
