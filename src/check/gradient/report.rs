@@ -266,6 +266,9 @@ mod tests {
         let mut none = report(vec![row([0.0, 0.0, 0.0, f64::NAN])], 2.0, None);
         none.taylor.slope = None;
         let none = none.to_string();
-        assert!(none.contains("the differences could not be computed") && !none.contains("NaN") && !none.contains("is linear"), "{none}");
+        assert!(
+            none.contains("the differences could not be computed") && !none.contains("NaN") && !none.contains("is linear"),
+            "{none}"
+        );
     }
 }
