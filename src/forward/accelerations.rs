@@ -9,7 +9,7 @@
 
 mod state;
 
-use state::State;
+use state::{State, without_sigma};
 
 use crate::motion::Compliances;
 use crate::number::{Real, all_finite};
@@ -292,8 +292,4 @@ impl AccelerationsOfCosts {
             Err(error) => Err(error),
         }
     }
-}
-
-fn without_sigma<'a>(at: &NodeView<'a, f64>, zeros: &'a Pair) -> NodeView<'a, f64> {
-    NodeView { sigma: &zeros.sigma, ..at.without_momenta() }
 }

@@ -17,6 +17,7 @@ mod motion;
 pub(crate) mod projection;
 pub(crate) mod rank;
 pub(crate) mod redundancy;
+mod relax;
 pub(crate) mod restart;
 mod selection;
 mod start;

@@ -1,6 +1,5 @@
 //! K(0) at a state, for accelerations and reactions.
 
-use super::without_sigma;
 use crate::forward::assembly::factor_state;
 use crate::forward::redundancy;
 use crate::motion::{Compliances, Report};
@@ -112,4 +111,8 @@ impl State {
 /// An entry of the derivative with respect to the reaction of equation j, in units of the masses, so that equations are comparable.
 fn size(flexibilities: &[f64], x: &[f64], j: usize) -> f64 {
     if flexibilities[j] > 0.0 { x[j].abs() / flexibilities[j].sqrt() } else { 0.0 }
+}
+
+pub(super) fn without_sigma<'a>(at: &NodeView<'a, f64>, zeros: &'a Pair) -> NodeView<'a, f64> {
+    NodeView { sigma: &zeros.sigma, ..at.without_momenta() }
 }
