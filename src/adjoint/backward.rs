@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::AdjointSweep;
 use crate::adjoint::growth::Growth;
-use crate::forward::restart::Restart;
+use crate::forward::restarts::Restart;
 use crate::forward::{ForwardSweep, Motion};
 use crate::motion::{Task, Watch};
 use crate::node::Newton;

@@ -18,7 +18,7 @@
 
 use crate::adjoint::AdjointSweep;
 use crate::forward::Motion;
-use crate::forward::restart::Restart;
+use crate::forward::restarts::Restart;
 use crate::motion::{Report, column};
 use crate::node::Newton;
 use crate::number::dot;

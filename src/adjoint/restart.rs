@@ -4,7 +4,7 @@ use super::AdjointSweep;
 use crate::System;
 use crate::forward::Motion;
 use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
-use crate::forward::restart::Restart;
+use crate::forward::restarts::Restart;
 use crate::linear::Breakdown;
 use crate::node::Newton;
 use crate::number::add;

@@ -21,7 +21,7 @@ use crate::adjoint::record::Record;
 use crate::adjoint::resolution::Resolution;
 use crate::adjoint::{AdjointVariables, Gradient};
 use crate::forward::Motion;
-use crate::forward::restart::Restart;
+use crate::forward::restarts::Restart;
 use crate::linear::Breakdown;
 use crate::motion::{Refinement, Report, column_mut};
 use crate::node::Newton;

@@ -5,6 +5,7 @@ mod adapt;
 pub(crate) mod assembly;
 mod breaking;
 mod circuits;
+mod closeness;
 mod continuation;
 mod cost;
 mod drift;
@@ -18,7 +19,9 @@ pub(crate) mod projection;
 pub(crate) mod rank;
 pub(crate) mod redundancy;
 mod relax;
-pub(crate) mod restart;
+mod restart;
+mod restarting;
+pub(crate) mod restarts;
 mod selection;
 mod start;
 mod stepper;
@@ -42,7 +45,7 @@ use crate::node::{Predictor, StepFailure, Unknowns};
 use crate::system::{Given, KnownPart, NodeView, Order};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory, Warning, memory};
 use redundancy::Relaxed;
-use restart::Restarting;
+use restarting::Restarting;
 
 /// The forward sweep: the motion so far, the solver of its steps, and the checks along it.
 pub(crate) struct ForwardSweep {

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::assembly::Assembly;
 use super::halving::Ahead;
-use super::restart::Restarts;
+use super::restarts::Restarts;
 use crate::motion::column;
 use crate::system::NodeView;
 use crate::{Compliance, Grid, Inputs, Scheme, Start, System, Trajectory, Warning};

@@ -15,11 +15,11 @@
 
 use super::Motion;
 use super::monitor::Monitor;
-use super::restart::Point;
 use crate::System;
+use crate::motion::Report;
 use crate::node::{Newton, StepFailure};
 use crate::number::{larger, largest};
-use crate::system::NodeView;
+use crate::system::{NodeView, Pair};
 
 /// A projection that has not converged after this number of corrections fails; corrections that shrink by a third have reached rounding by then. The
 /// corrections of its derivatives shrink alike.
@@ -34,6 +34,32 @@ const ROUNDING: f64 = 1e-15;
 const STALLED: f64 = 1e-13;
 /// The rounding of Φ_j as a part of its terms.
 const ROUNDING_OF_PHI: f64 = 8.0 * f64::EPSILON;
+
+/// A point (q, x), with 𝓛_v and Φ at this point.
+pub(crate) struct Point {
+    pub(crate) q: Vec<f64>,
+    pub(crate) x: Pair,
+    pub(crate) left: Pair,
+}
+
+impl Point {
+    pub(crate) fn new(n: usize, m: usize) -> Self {
+        Point { q: vec![0.0; n], x: Pair::new(n, m), left: Pair::new(n, m) }
+    }
+
+    /// Computes 𝓛_v of the point, at the time and with the controls of a node; the evaluation's blocks then belong to the point.
+    pub(super) fn evaluate(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        newton: &mut Newton,
+        node: usize,
+        report: &mut Report,
+    ) {
+        let at = NodeView { q: &self.q, v: &self.x.v, sigma: &self.x.sigma, ..motion.at(node) };
+        newton.l_v(system, &at, &mut self.left.v, report);
+    }
+}
 
 /// The projection of a node.
 pub(super) struct Projection<'a> {

@@ -37,134 +37,17 @@
 //!   (𝓛_vv + 𝓛_vq)ᵀ c + Φ_qᵀ e = −Ĵ_q,      Φ_q c = 0,      dJ/dq⁻ = −𝓛_vvᵀ c      at (q, w, ν)
 //! ```
 
-use super::circuits::Circuits;
+use super::closeness::{UNDETERMINED, closeness};
 use super::projection::Projection;
-use super::{Motion, selection};
+use super::selection;
 use crate::forward::ForwardSweep;
-use crate::motion::{Report, column, column_mut};
-use crate::node::{Newton, StepFailure};
-use crate::number::{Real, larger, largest};
-use crate::system::{NodeView, Pair};
+use crate::motion::{column, column_mut};
+use crate::node::StepFailure;
+use crate::number::{larger, largest};
 use crate::{Error, Settings, System};
 
 /// If |σ| exceeds this multiple of its largest range, σ is put in the middle of its range again.
 const WANDERED: f64 = 2.0;
-/// Above this value of 1/θ there are no restarts: ε/θ² = 2e-4.
-pub(super) const UNDETERMINED: f64 = 1e6;
-
-/// The nodes at which a motion was restarted, and the states before the restarts, stored one after another.
-#[derive(Default)]
-pub(crate) struct Restarts {
-    pub(crate) nodes: Vec<usize>,
-    /// For each restart, true if Φ = 0 was restored.
-    projected: Vec<bool>,
-    q: Vec<f64>,
-    v: Vec<f64>,
-    p_star_dot: Vec<f64>,
-    sigma: Vec<f64>,
-    nu: Vec<f64>,
-    /// The nodes of σ₋.
-    before: Vec<usize>,
-    /// α and β in s = α σ⁻ + β σ₋, and s.
-    weights: Vec<[f64; 2]>,
-    begin: Vec<f64>,
-    /// Second derivatives at the end of the step, at (q, v⁻, s) and at (q, w, ν).
-    step_blocks: Vec<f64>,
-    momentum_blocks: Vec<f64>,
-    projection_blocks: Vec<f64>,
-}
-
-/// One restart.
-#[derive(Clone, Copy)]
-pub(crate) struct Restart<'a> {
-    pub(crate) q: &'a [f64],
-    pub(crate) v: &'a [f64],
-    pub(crate) p_star_dot: &'a [f64],
-    pub(crate) sigma: &'a [f64],
-    /// The node of σ₋.
-    pub(crate) before: usize,
-    /// α and β in s = α σ⁻ + β σ₋, and s.
-    pub(crate) weights: [f64; 2],
-    pub(crate) begin: &'a [f64],
-    pub(crate) step_blocks: &'a [f64],
-    pub(crate) momentum_blocks: &'a [f64],
-    /// ν and the second derivatives, if Φ = 0 was restored.
-    pub(crate) projection: Option<(&'a [f64], &'a [f64])>,
-}
-
-impl Restarts {
-    pub(crate) fn clear(&mut self) {
-        self.nodes.clear();
-        self.projected.clear();
-        self.before.clear();
-        self.weights.clear();
-        let lists = [&mut self.q, &mut self.v, &mut self.p_star_dot, &mut self.sigma, &mut self.begin, &mut self.nu];
-        let blocks = [&mut self.step_blocks, &mut self.momentum_blocks, &mut self.projection_blocks];
-        lists.into_iter().chain(blocks).for_each(Vec::clear);
-    }
-
-    /// True if both restart at the same nodes in the same way.
-    pub(super) fn are_alike(&self, other: &Restarts) -> bool {
-        self.nodes == other.nodes && self.projected == other.projected && self.weights == other.weights
-    }
-
-    /// The restart at a node.
-    pub(crate) fn at(&self, node: usize) -> Option<Restart<'_>> {
-        let which = self.nodes.binary_search(&node).ok()?;
-        let count = self.nodes.len();
-        let part = |list: &'_ Vec<f64>| {
-            let len = list.len() / count;
-            which * len..(which + 1) * len
-        };
-        let of = |list| &(list as &Vec<f64>)[part(list)];
-        Some(Restart {
-            q: of(&self.q),
-            v: of(&self.v),
-            p_star_dot: of(&self.p_star_dot),
-            sigma: of(&self.sigma),
-            before: self.before[which],
-            weights: self.weights[which],
-            begin: of(&self.begin),
-            step_blocks: of(&self.step_blocks),
-            momentum_blocks: of(&self.momentum_blocks),
-            projection: self.projected[which].then(|| (of(&self.nu), of(&self.projection_blocks))),
-        })
-    }
-}
-
-impl Restart<'_> {
-    /// The initial σ, from σ₋ and σ⁻.
-    pub(crate) fn begin<R: Real>(&self, before: R, now: R) -> R {
-        now * self.weights[0] + before * self.weights[1]
-    }
-}
-
-/// σ₋: the multipliers at the last end of a macro step, after a restart there.
-#[derive(Default)]
-pub(crate) struct LastEnd {
-    pub(crate) node: usize,
-    pub(crate) sigma: Vec<f64>,
-}
-
-/// State of the restarts so far that the next one needs.
-pub(crate) struct Restarting {
-    /// The largest range of σ between two restarts, as estimated so far.
-    pub(crate) most_range: f64,
-    pub(crate) last_end: LastEnd,
-    pub(super) point: Point,
-    pub(super) circuits: Circuits,
-}
-
-impl Restarting {
-    pub(crate) fn new(n: usize, m: usize) -> Self {
-        Restarting {
-            most_range: 0.0,
-            last_end: LastEnd { node: 0, sigma: vec![0.0; m] },
-            point: Point::new(n, m),
-            circuits: Circuits::default(),
-        }
-    }
-}
 
 impl Settings {
     /// True if a motion may be restarted at some node.
@@ -198,33 +81,6 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
     }
     keep_end(forward, node);
     Ok(())
-}
-
-/// Factors K(0) at the end of a step and returns 1/θ, which shows whether p* determines v there to sufficient digits.
-///
-/// At a distance θ from a configuration at which branches of Φ = 0 cross, such as a flat parallelogram, rounding ε of Φ moves q by ε/θ, and turns the
-/// admissible directions of motion by ε/θ². 1/θ is computed as the velocities that violations of dΦ/dt by one unit each cause, in units in which they
-/// are about one at the start.
-pub(super) fn closeness(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
-    let worst = forward.monitor.report.worst_pivot;
-    let blocks = forward.motion.node_blocks(node);
-    if let Err(breakdown) = forward.stepper.newton.factor(system, 0.0, blocks, &mut forward.monitor.report) {
-        // Values that are not finite cause an error of the restart.
-        return if breakdown.pivot.is_finite() { f64::INFINITY } else { 0.0 };
-    }
-    forward.warn_of_lost_digits(system, node, worst);
-    closeness_here(&mut forward.stepper.newton, system, &mut forward.restarting.point.left)
-}
-
-/// Computes 1/θ with the current factors.
-pub(super) fn closeness_here(newton: &mut Newton, system: &System, left: &mut Pair) -> f64 {
-    left.v.fill(0.0);
-    for (j, (violation, weight)) in left.sigma.iter_mut().zip(newton.weights.multipliers()).enumerate() {
-        // An arbitrary combination of all equations.
-        *violation = weight * (1.0 + 0.3 * (j as f64).sin());
-    }
-    newton.solve(system, left);
-    newton.size_of(&left.v)
 }
 
 /// The number of macro steps of the whole motion before a node; `None` if no macro step ends there.
@@ -328,30 +184,4 @@ fn weights(forward: &mut ForwardSweep, k: usize, settings: &Settings) -> [f64; 2
     let is_first = forward.motion.trajectory.restarted.is_empty();
     let anew = every == 1.0 || is_first || size > WANDERED * forward.restarting.most_range;
     if anew { [-0.5 * every, 0.5 * every] } else { [-1.0, 0.0] }
-}
-
-/// A point (q, x), with 𝓛_v and Φ at this point.
-pub(crate) struct Point {
-    pub(crate) q: Vec<f64>,
-    pub(crate) x: Pair,
-    pub(crate) left: Pair,
-}
-
-impl Point {
-    pub(crate) fn new(n: usize, m: usize) -> Self {
-        Point { q: vec![0.0; n], x: Pair::new(n, m), left: Pair::new(n, m) }
-    }
-
-    /// Computes 𝓛_v of the point, at the time and with the controls of a node; the evaluation's blocks then belong to the point.
-    pub(super) fn evaluate(
-        &mut self,
-        system: &System,
-        motion: &Motion,
-        newton: &mut Newton,
-        node: usize,
-        report: &mut Report,
-    ) {
-        let at = NodeView { q: &self.q, v: &self.x.v, sigma: &self.x.sigma, ..motion.at(node) };
-        newton.l_v(system, &at, &mut self.left.v, report);
-    }
 }

@@ -16,10 +16,10 @@
 //! that begin to contradict the others: the projection violates Φ = 0, or dΦ/dt = 0 there, by μ ν.
 
 use super::circuits::{Circuits, left_out};
+use super::closeness::{UNDETERMINED, closeness, closeness_here};
 use super::projection::Projection;
 use super::rank::Scaled;
 use super::redundancy::{CONTRADICTION, refuse_gaps, root_flexibility, softest};
-use super::restart::{UNDETERMINED, closeness, closeness_here};
 use super::{ForwardSweep, Motion};
 use crate::motion::{Compliances, Report};
 use crate::node::{Newton, StepFailure};

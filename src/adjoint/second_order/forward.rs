@@ -3,7 +3,7 @@
 use super::SecondOrderSweep;
 use super::kept::Place;
 use crate::forward::Motion;
-use crate::forward::restart::Restart;
+use crate::forward::restarts::Restart;
 use crate::motion::column;
 use crate::node::Newton;
 use crate::number::largest;

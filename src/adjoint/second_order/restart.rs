@@ -13,7 +13,7 @@ use crate::adjoint::record::{Crossed, Record};
 use crate::adjoint::restart::is_rounding;
 use crate::forward::Motion;
 use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
-use crate::forward::restart::Restart;
+use crate::forward::restarts::Restart;
 use crate::motion::column;
 use crate::node::Newton;
 use crate::number::{Real, add};

@@ -26,7 +26,7 @@ use values::{Sums, Values};
 use super::check_weights;
 use super::checkpoint::Checkpoint;
 use crate::adjoint::{AdjointSweep, Gradient};
-use crate::forward::restart::Restarts;
+use crate::forward::restarts::Restarts;
 use crate::forward::{ForwardSweep, HISTORY};
 use crate::motion::{Progress, Refinement, Report, Watch};
 use crate::system::CostFactors;
