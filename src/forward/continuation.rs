@@ -10,6 +10,7 @@
 //! If steps resolve the motion, extrapolation through the last nodes leads to it. If they do not, for example with a spring so stiff that v changes
 //! its sign at every node, extrapolation overshoots by up to 31 times the velocity, and Newton's iteration may converge to any solution.
 
+use super::stepper::Continuation;
 use crate::forward::ForwardSweep;
 use crate::motion::column;
 use crate::node::{Miss, STILL, StepFailure};
@@ -19,20 +20,6 @@ use crate::{Settings, System, Warning};
 const MISSED: f64 = 0.5;
 /// The shortest trial step is shorter by 2 to this power.
 const MOST_LEVELS: u32 = 12;
-
-/// (v, σ) of the last level and of the previous one.
-pub(crate) struct Continuation {
-    last: Vec<f64>,
-    before: Vec<f64>,
-    /// The last node counted by the warning.
-    pub(crate) counted: usize,
-}
-
-impl Continuation {
-    pub(crate) fn new(n: usize, m: usize) -> Self {
-        Continuation { last: vec![0.0; n + m], before: vec![0.0; n + m], counted: 0 }
-    }
-}
 
 impl ForwardSweep {
     /// True if the velocities at the nodes before a column alternate from node to node by more than rounding.

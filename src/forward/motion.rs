@@ -2,8 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::ahead::Ahead;
 use super::assembly::Assembly;
-use super::halving::Ahead;
 use super::restarts::Restarts;
 use crate::motion::column;
 use crate::system::NodeView;

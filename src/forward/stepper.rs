@@ -1,11 +1,24 @@
 //! [`Stepper`]: solves one stage after another.
 
 use super::Motion;
-use super::continuation::Continuation;
 use crate::motion::{Clock, column};
 use crate::node::{Newton, Predictor};
 use crate::scheme::known_part;
 use crate::{Scheme, System};
+
+/// (v, σ) of the last level of a continuation and of the previous one.
+pub(crate) struct Continuation {
+    pub(super) last: Vec<f64>,
+    pub(super) before: Vec<f64>,
+    /// The last node counted by the warning.
+    pub(crate) counted: usize,
+}
+
+impl Continuation {
+    fn new(n: usize, m: usize) -> Self {
+        Continuation { last: vec![0.0; n + m], before: vec![0.0; n + m], counted: 0 }
+    }
+}
 
 /// Newton's method with its first guess, and the current node problem.
 pub(crate) struct Stepper {
