@@ -6,6 +6,7 @@
 //!   Aᵀ (ċ, ė) + E k̇ = (v̄˙, 0) − Ȧᵀ (c, e),                        and so on
 //! ```
 
+use super::changes::AssemblyChange;
 use super::phi::ALONG;
 use super::sources::direction;
 use super::{First, SecondOrderSweep};
@@ -17,12 +18,6 @@ use crate::number::{Real, add};
 use crate::system::{Covector, NodeView, Pair, StateRows};
 use crate::{Error, Inputs, Start, System};
 use nalgebra::DVector;
-
-/// (ẇ, ν̇) and (v̇₀, μ̇).
-pub(super) struct AssemblyChange {
-    moved: Pair,
-    velocity: Pair,
-}
 
 impl SecondOrderSweep {
     /// Replaces the direction of the guess by that of the assembled start.

@@ -14,6 +14,7 @@
 
 mod assembly;
 mod backward;
+mod changes;
 mod forward;
 mod kept;
 mod phi;
@@ -32,11 +33,10 @@ use crate::motion::Report;
 use crate::node::Newton;
 use crate::system::{CostFactors, CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
-use assembly::AssemblyChange;
+use changes::{AssemblyChange, RestartChange};
 use kept::KeptFactors;
 use phi::PhiAlong;
 use programs::Programs;
-use restart::RestartChange;
 
 /// Workspace for products.
 pub(crate) struct SecondOrderSweep {

@@ -5,6 +5,7 @@
 //!   ṗ* = D 𝓛_v(q, v⁻, s)                                   D along q̇, v̇⁻, ṡ = α σ̇⁻ + β σ̇₋ and the inputs
 //! ```
 
+use super::changes::RestartChange;
 use super::forward::stage_end;
 use super::phi::{ALONG, BOTH};
 use super::sources::{OfStage, direction};
@@ -19,35 +20,6 @@ use crate::node::Newton;
 use crate::number::{Real, add};
 use crate::system::{CostRows, Covector, NodeView, Pair};
 use crate::{Error, System};
-
-/// The directions of the state at the end of a step, of (w, ν), of q after the projection, and of s.
-pub(super) struct RestartChange {
-    q: Vec<f64>,
-    pub(super) v: Vec<f64>,
-    sigma: Vec<f64>,
-    pub(super) p_star_dot: Vec<f64>,
-    projection: Pair,
-    q_behind: Vec<f64>,
-    begin: Vec<f64>,
-}
-
-impl RestartChange {
-    fn new(n: usize, m: usize) -> Self {
-        let zeros = |len| vec![0.0; len];
-        let [q, v, p_star_dot, q_behind] = [zeros(n), zeros(n), zeros(n), zeros(n)];
-        RestartChange { q, v, sigma: zeros(m), p_star_dot, projection: Pair::new(n, m), q_behind, begin: zeros(m) }
-    }
-
-    /// Sets the directions at the end of a step, without a projection.
-    fn at_end(mut self, end: &NodeView<f64>) -> Self {
-        let ends = [(&mut self.q, end.q), (&mut self.q_behind, end.q), (&mut self.v, end.v)];
-        ends.into_iter().chain([(&mut self.sigma, end.sigma)]).for_each(|(own, of)| own.copy_from_slice(of));
-        self.p_star_dot.copy_from_slice(end.p_star_dot);
-        self.projection.v.fill(0.0);
-        self.projection.sigma.fill(0.0);
-        self
-    }
-}
 
 /// A restart, with its data from the gradient and from the direction.
 struct Crossing<'a> {
