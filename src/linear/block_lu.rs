@@ -1,9 +1,10 @@
 //! Block LU factorisation, node by node.
 
-use super::factorization::{Breakdown, Factorization, RightSide};
-use super::kernel::State;
+use super::factorization::{Breakdown, Factorization};
+use super::kernel::RightSide;
 use super::lu::{self, Cancelled};
 use super::node::Node;
+use super::node_kernel::State;
 use super::symbolic::Symbolic;
 
 /// The values of a matrix, overwritten by their factors.

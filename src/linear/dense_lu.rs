@@ -1,6 +1,7 @@
 //! Reference implementation of [`Factorization`] for tests: nalgebra's dense LU, which may interchange any rows.
 
-use super::factorization::{Breakdown, Factorization, RightSide};
+use super::factorization::{Breakdown, Factorization};
+use super::kernel::RightSide;
 use super::symbolic::Symbolic;
 use nalgebra::{DMatrix, DVectorViewMut, Dyn, LU};
 

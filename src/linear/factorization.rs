@@ -1,5 +1,6 @@
 //! The interface of a direct solver: all that the rest of the crate uses.
 
+use super::kernel::RightSide;
 use super::symbolic::Symbolic;
 
 /// A vanishing pivot: the matrix is singular, or nearly so, where `unknown` is eliminated.
@@ -11,16 +12,6 @@ pub(crate) struct Breakdown {
     pub(crate) pivot: f64,
     /// The magnitude with which the pivot was compared.
     pub(crate) scale: f64,
-}
-
-/// The right-hand side that is solved for, in place, together with a factorisation.
-#[derive(Debug)]
-pub(crate) enum RightSide<'a> {
-    None,
-    /// r of S x = r.
-    Of(&'a mut [f64]),
-    /// r of Sᵀ x = r.
-    OfTransposed(&'a mut [f64]),
 }
 
 /// Direct solution of systems with a sequence of matrices S of one pattern.

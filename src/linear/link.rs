@@ -10,9 +10,9 @@
 // Loops over constant index ranges are unrolled; the indices are those of the formulas.
 #![expect(clippy::needless_range_loop)]
 
-use super::kernel::{NodeKernel, State};
 use super::lu::{Cancelled, IN_ORDER, MOST_LOSS};
 use super::node::{Node, Shape};
+use super::node_kernel::{NodeKernel, State};
 use super::size::Fixed;
 use crate::number::{copy_singly, larger, minus_product, plus_product, singly};
 use std::marker::PhantomData;

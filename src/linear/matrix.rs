@@ -2,7 +2,8 @@
 
 use super::block_lu::BlockLu;
 use super::constant::Constant;
-use super::factorization::{Breakdown, Factorization, RightSide};
+use super::factorization::{Breakdown, Factorization};
+use super::kernel::RightSide;
 use super::symbolic::Symbolic;
 use crate::number::larger;
 

@@ -1,6 +1,6 @@
 //! The size of a node, which is known to the compiler if it is small.
 
-use super::lu;
+use super::products::{subtract, subtract_products};
 use std::fmt::Debug;
 
 /// A number of unknowns or the index of one, as a constant of the type where possible.
@@ -15,7 +15,7 @@ pub(super) trait Size: Copy + Debug + Send + Sync + 'static {
 
     fn get(self) -> usize;
 
-    /// As `lu::subtract_products`; the number of lines in `inner` equals the size.
+    /// As `products::subtract_products`; the number of lines in `inner` equals the size.
     fn subtract_products(self, target: &mut [f64], outer: &[f64], inner: &[f64]);
 
     /// Works on a local copy of a vector of the size, or in place if the size is not fixed.
@@ -54,7 +54,7 @@ impl<const S: usize> Size for Fixed<S> {
         for (target, line) in targets.zip(outer.as_chunks::<S>().0) {
             let mut sum = *target;
             for k in 0..S {
-                lu::subtract(line[k], &columns[k], &mut sum);
+                subtract(line[k], &columns[k], &mut sum);
             }
             *target = sum;
         }
@@ -97,7 +97,7 @@ impl Size for Free {
 
     #[inline(always)]
     fn subtract_products(self, target: &mut [f64], outer: &[f64], inner: &[f64]) {
-        lu::subtract_products(self.0, target, outer, inner);
+        subtract_products(self.0, target, outer, inner);
     }
 
     #[inline(always)]
