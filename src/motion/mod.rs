@@ -1,6 +1,7 @@
 //! Motions as data: inputs, time grid and states.
 
 mod clock;
+mod column;
 mod composition;
 mod grid;
 mod inputs;
@@ -11,6 +12,7 @@ mod stages;
 mod trajectory;
 
 pub(crate) use clock::Clock;
+pub(crate) use column::{column, column_mut};
 pub use composition::Composition;
 pub use grid::Grid;
 pub(crate) use inputs::check_size;
@@ -20,5 +22,5 @@ pub use progress::{Progress, Task};
 pub(crate) use refinement::Refinement;
 pub use report::Report;
 pub use stages::Stages;
+pub(crate) use trajectory::Compliances;
 pub use trajectory::{Compliance, Trajectory};
-pub(crate) use trajectory::{Compliances, column, column_mut};

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::trajectory::{column, column_mut};
+use super::column::{column, column_mut};
 use crate::number::Real;
 use crate::system::NodeView;
 

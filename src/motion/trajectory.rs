@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::Stages;
+use super::column::{column, column_mut};
 use super::stages::ColumnsMut;
 use crate::number::Real;
 use crate::system::{NodeView, Sums};
@@ -284,18 +285,6 @@ impl<R: Real> Trajectory<R> {
             restarted: self.restarted.clone(),
         }
     }
-}
-
-/// Column `i` as a slice.
-pub(crate) fn column<R>(matrix: &DMatrix<R>, i: usize) -> &[R] {
-    let rows = matrix.nrows();
-    &matrix.as_slice()[i * rows..][..rows]
-}
-
-/// Column `i` as a slice, to be written.
-pub(crate) fn column_mut<R>(matrix: &mut DMatrix<R>, i: usize) -> &mut [R] {
-    let rows = matrix.nrows();
-    &mut matrix.as_mut_slice()[i * rows..][..rows]
 }
 
 /// Values of all equations at all nodes; an error if one of them is not finite.
