@@ -7,8 +7,9 @@
 use nalgebra::DVector;
 
 use super::counted::{Counted, Found, solve};
-use super::lbfgs::{Descent, Merit};
+use super::lbfgs::Descent;
 use super::least_squares::{Descended, descend};
+use super::line_search::Merit;
 use super::norm::norm;
 use super::problem::Interval;
 use super::{Options, Outcome, Problem, Reason, Watcher, silent};

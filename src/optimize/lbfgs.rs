@@ -3,7 +3,7 @@
 mod ends;
 
 use super::counted::{Counted, Found, solve};
-use super::line_search::{Point, search};
+use super::line_search::{Merit, Point, search};
 use super::norm::magnitude;
 use super::outcome::largest_change;
 use super::{Interval, Iterate, Options, Outcome, Problem, Reason, Watcher};
@@ -13,18 +13,6 @@ use std::collections::VecDeque;
 
 /// Differences of a value below this fraction of it are rounding error.
 const ROUNDING: f64 = 1e-14;
-
-/// The function that a line search minimises: f, or a function of f and c.
-pub(super) trait Merit {
-    /// The value at a point; infinite if there is none.
-    fn value(&mut self, problem: &mut Counted, x: &[f64]) -> f64;
-
-    /// The gradient at the point of the last value.
-    fn gradient(&mut self, problem: &mut Counted, gradient: &mut [f64]) -> Result<(), Error>;
-
-    /// f at the point of the last value.
-    fn cost(&self) -> f64;
-}
 
 /// f itself.
 struct Cost(f64);

@@ -1,13 +1,25 @@
 //! A line search for the weak Wolfe conditions by interpolation and bisection (Lewis and Overton 2013), along P(x + α d).
 
 use super::counted::Counted;
-use super::lbfgs::Merit;
+use crate::Error;
 
 /// Constants of the Wolfe conditions: sufficient decrease of the value, and sufficient increase of the slope.
 const DECREASE: f64 = 1e-4;
 const SLOPE: f64 = 0.9;
 /// Largest number of trials along a direction.
 const MOST_TRIALS: usize = 50;
+
+/// The function that a line search minimises: f, or a function of f and c.
+pub(super) trait Merit {
+    /// The value at a point; infinite if there is none.
+    fn value(&mut self, problem: &mut Counted, x: &[f64]) -> f64;
+
+    /// The gradient at the point of the last value.
+    fn gradient(&mut self, problem: &mut Counted, gradient: &mut [f64]) -> Result<(), Error>;
+
+    /// f at the point of the last value.
+    fn cost(&self) -> f64;
+}
 
 /// A point with its value and gradient.
 #[derive(Clone, Debug, Default)]
