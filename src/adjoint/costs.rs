@@ -1,10 +1,9 @@
 //! Costs in the backward sweep: their terms at nodes and stages, and the derivatives of these.
 
 use super::sweep::AdjointSweep;
-use crate::forward::{AccelerationsOfCosts, Motion, control_rates};
-use crate::motion::Compliances;
+use crate::forward::{Motion, control_rates};
 use crate::number::{add, dot};
-use crate::system::{Beside, CostRows, Depends, NodeView, Weights};
+use crate::system::{Beside, CostRows, NodeView, Weights};
 use crate::{Error, System};
 
 impl AdjointSweep {
@@ -135,78 +134,5 @@ impl AdjointSweep {
         self.refinement.add_controls(step, 1.0 / length, rows, controls);
         self.refinement.add_controls(step - 1, -1.0 / length, rows, controls);
         self.refinement.add_step(step, -dot(rows, &self.cost_node.u_dot) / length, &mut self.gradient.steps);
-    }
-}
-
-/// Quantities at a node that costs may need in addition to y and u.
-pub(super) struct CostNode {
-    accelerations: AccelerationsOfCosts,
-    /// Empty if no cost needs it.
-    u_dot: Vec<f64>,
-    /// Derivatives at another λ, computed if constraints depend on each other.
-    aside: Option<Box<CostRows>>,
-}
-
-impl CostNode {
-    pub(super) fn new(system: &System) -> Self {
-        let u_dot = vec![0.0; if system.has_control_rates() { system.k() } else { 0 }];
-        CostNode { accelerations: AccelerationsOfCosts::default(), u_dot, aside: None }
-    }
-
-    /// Begins another motion.
-    pub(super) fn begin(&mut self) {
-        self.accelerations.own.iter_mut().for_each(|accelerations| accelerations.begin());
-    }
-
-    fn view<'a>(&'a self, at: &NodeView<'a, f64>) -> NodeView<'a, f64> {
-        let at = NodeView { u_dot: &self.u_dot, ..*at };
-        self.accelerations.own.as_ref().map_or(at, |accelerations| accelerations.with(at))
-    }
-
-    /// Evaluates the costs of a node or stage, including their dependence on v̇ and λ.
-    fn evaluate(
-        &mut self,
-        system: &System,
-        (at, place): (&NodeView<f64>, (usize, &Compliances)),
-        weights: &Weights<f64>,
-        rows: &mut CostRows,
-    ) -> Result<(), Error> {
-        self.accelerations.missing = None;
-        let uses = system.use_of_accelerations(weights, &rows.factors);
-        if uses > Depends::Never {
-            self.accelerations.find(system, uses, |accelerations| accelerations.evaluate(system, at, place))?;
-        }
-        let here = self.view(at);
-        system.costs().gradient(&here, weights, rows);
-        if uses > Depends::Never && self.accelerations.missing.is_none() {
-            self.check_aside(system, at, weights, rows)?;
-        }
-        match &mut self.accelerations.own {
-            Some(accelerations) => accelerations.pull_back(system, at, rows),
-            None => Ok(()),
-        }
-    }
-
-    /// Returns an error for costs on undetermined reactions, even if their derivatives happen to be zero.
-    fn check_aside(
-        &mut self,
-        system: &System,
-        at: &NodeView<f64>,
-        weights: &Weights<f64>,
-        rows: &mut CostRows,
-    ) -> Result<(), Error> {
-        let CostNode { accelerations, u_dot, aside } = self;
-        let Some(accelerations) = accelerations.own.as_mut().filter(|own| own.is_compliant()) else { return Ok(()) };
-        let sizes = (system.n(), system.m(), system.k());
-        let aside = aside.get_or_insert_with(|| Box::new(CostRows::new(sizes, system.parameters().len(), system.outputs())));
-        aside.factors.copy_from(&rows.factors);
-        // The workspace of programs belongs to the current rows.
-        std::mem::swap(&mut aside.memory, &mut rows.memory);
-        let at = NodeView { u_dot, ..*at };
-        let checked = accelerations.check_aside(system, &at, aside, |there, aside| {
-            system.costs().gradient(there, weights, aside);
-        });
-        std::mem::swap(&mut aside.memory, &mut rows.memory);
-        checked
     }
 }

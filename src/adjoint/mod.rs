@@ -3,6 +3,7 @@
 mod accuracy;
 mod assembly;
 mod backward;
+mod cost_node;
 mod costs;
 mod gradient;
 mod growth;

@@ -15,7 +15,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::adjoint::accuracy::Accuracy;
-use crate::adjoint::costs::CostNode;
+use crate::adjoint::cost_node::CostNode;
 use crate::adjoint::growth::Growth;
 use crate::adjoint::record::Record;
 use crate::adjoint::resolution::Resolution;
