@@ -11,6 +11,7 @@
 //! is used only for steps in which they do not.
 
 use super::convergence::{Convergence, NOISE, STALLED};
+use super::line::Line;
 use super::newton::{DIRECT, Newton};
 use super::sizes::Sizes;
 use super::step::{StepFailure, Unknowns};
@@ -28,29 +29,6 @@ const SHORTEST: f64 = 1e-9;
 const SHORTEST_OF_NOISE: f64 = 1e-3;
 /// Number of fractions of a correction at which the residual is evaluated, each a quarter of the previous one.
 const PARTS: i32 = 7;
-
-/// Points x + α δ along a correction.
-pub(super) struct Line {
-    /// δ.
-    direction: Vec<f64>,
-    /// x, and ℓ at x.
-    x: Vec<f64>,
-    linear: Vec<f64>,
-    /// −r(x).
-    residual: Vec<f64>,
-}
-
-impl Line {
-    pub(super) fn new(unknowns: usize) -> Self {
-        let zeros = || vec![0.0; unknowns];
-        Line { direction: zeros(), x: zeros(), linear: zeros(), residual: zeros() }
-    }
-
-    fn begin(&mut self, x: &[f64], linear: &[f64]) {
-        self.x.copy_from_slice(x);
-        self.linear.copy_from_slice(linear);
-    }
-}
 
 impl<F: Factorization> Newton<F> {
     /// Solves a step as [`solve_step`](Self::solve_step) does, but from more distant guesses. `size_before` is the size of the previous velocities.

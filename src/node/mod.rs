@@ -4,6 +4,7 @@ mod convergence;
 mod damped;
 mod evaluation;
 mod factors;
+mod line;
 mod linear_part;
 mod newton;
 mod predict;

@@ -25,7 +25,7 @@
 //! the first iteration and computed after the last.
 
 use super::convergence::Convergence;
-use super::damped::Line;
+use super::line::Line;
 use super::sizes::{Sizes, UnitWeights};
 use super::transposed::TransposedProduct;
 use crate::linear::{BlockLu, Factorization, Matrix};
