@@ -4,6 +4,7 @@
 
 mod checks;
 mod costs;
+mod named;
 pub mod planar;
 pub(crate) mod ready;
 pub mod scenes;
