@@ -4,6 +4,8 @@
 mod common;
 
 mod bad_input;
+mod circles;
 mod cli;
 mod public;
 mod rooms;
+mod sources;
