@@ -9,7 +9,7 @@ use crate::number::larger;
 use crate::system::NodeView;
 use crate::{Error, Settings, System, Warning};
 
-/// Violations of dΦ/dt = 0 below this are the shared load, m/s or rad/s.
+/// Violations of dΦ/dt = 0 smaller than this (m/s or rad/s) come from the load that dependent constraints share, not from drift, and are ignored.
 const LOAD: f64 = 1e-9;
 /// Loss of kinetic energy by compliances in all steps, relative to the largest one, above which equations are left out.
 const BRAKE: f64 = 1e-9;
