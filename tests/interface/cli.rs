@@ -211,5 +211,5 @@ fn help_names_every_argument() {
     for flag in ["--links", "--length", "--friction-joint", "--steps", "--dt", "--controls", "--force", "--repeat"] {
         assert!(help.contains(flag), "{flag}");
     }
-    assert!(help.contains("at most 20000 links") && help.contains("1.2 million with 3 links"));
+    assert!(help.contains("Limits: 20000 links") && help.contains("1.2 million with 3 links"));
 }
