@@ -108,8 +108,8 @@ pub use error::Error;
 #[cfg(feature = "files")]
 pub use files::{Finished, SceneFile, Study, Table};
 pub use model::element::{
-    self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListCost, ListPoint, ParameterFormula,
-    PotentialEnergy, Sum,
+    self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListConstraint, ListCost, ListForce,
+    ListForcePoint, ListKineticEnergy, ListPoint, ListPotentialEnergy, ParameterFormula, PotentialEnergy, Sum,
 };
 pub use model::{Control, Coordinate, Design, Multiplier, Output, Param};
 pub use motion::{Compliance, Composition, Grid, Held, Inputs, Progress, Report, Stages, Start, Task, Trajectory};

@@ -172,6 +172,43 @@ pub struct ListPoint<'a, S> {
     pub b: &'a [S],
 }
 
+/// Kinetic energy T(q, v; b) in J of lists whose lengths are known only at run time, such as that of a tree of bodies.
+pub trait ListKineticEnergy: Send + Sync + 'static {
+    /// T(q, v; b).
+    fn kinetic_energy<S: Scalar>(&self, q: &[S], v: &[S], b: &[S]) -> S;
+}
+
+/// Potential energy V(q, t; b) in J of lists whose lengths are known only at run time.
+pub trait ListPotentialEnergy: Send + Sync + 'static {
+    /// V(q, t; b).
+    fn potential_energy<S: Scalar>(&self, q: &[S], b: &[S], t: S) -> S;
+}
+
+/// Generalized force Q(q, v, u, t; b) of lists whose lengths are known only at run time, in N for a length, N m for an angle.
+pub trait ListForce: Send + Sync + 'static {
+    /// Writes Q(q, v, u, t; b), one component for each coordinate; `force` contains zeros at first.
+    fn force<S: Scalar>(&self, at: &ListForcePoint<S>, b: &[S], force: &mut [S]);
+}
+
+/// The arguments of a [`ListForce`] at one point.
+#[derive(Clone, Copy, Debug)]
+pub struct ListForcePoint<'a, S> {
+    /// Coordinates, m or rad.
+    pub q: &'a [S],
+    /// Velocities, m/s or rad/s.
+    pub v: &'a [S],
+    /// Controls.
+    pub u: &'a [S],
+    /// Time, s.
+    pub t: S,
+}
+
+/// Holonomic constraint Φ(q, t; b) = 0 of lists whose lengths are known only at run time, in m or rad.
+pub trait ListConstraint: Send + Sync + 'static {
+    /// Writes Φ(q, t; b), one component for each equation; `phi` contains zeros at first.
+    fn phi<S: Scalar>(&self, q: &[S], b: &[S], t: S, phi: &mut [S]);
+}
+
 /// A parameter as a user-defined formula of other parameters, for [`Scene::parameter`](crate::Scene::parameter).
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a formula for this number of parameters",

@@ -13,7 +13,7 @@ use super::typed::{AnyElement, OnNumbers, Read, Slot, Values};
 use super::view::NodeView;
 use crate::Scalar;
 use crate::model::Param;
-use crate::number::{Fingerprint, Hyper, Slope, hyper, hyper_parts, slope};
+use crate::number::{Fingerprint, Hyper, hyper, hyper_parts};
 use crate::program::{Obstacle, Symbol, Template, record, record_branch};
 
 /// An element: its formula, and the coordinates, multipliers, controls and parameters it is connected to.
@@ -45,13 +45,21 @@ impl PlacedElement {
     }
 
     /// Adds the element's 𝓛_v, 𝓛_q + Q and dΦ/dt.
-    pub fn add<R: Number>(&self, formula: &(impl OnNumbers<R> + ?Sized), at: &NodeView<R>, sums: &mut Sums<R>) {
+    pub fn add<R: Number>(&self, formula: &dyn OnNumbers<R>, at: &NodeView<R>, sums: &mut Sums<R>) {
         formula.first(&|slot| self.read(at, slot), &mut |of, x| *self.place(of, sums) += x);
     }
 
-    /// Writes Φ of the element.
-    pub fn write_phi<R: Number>(&self, formula: &(impl OnNumbers<R> + ?Sized), at: &NodeView<R>, phi: &mut [R]) {
-        formula.phi(&|slot| self.read(at, slot), &mut |j, x| phi[self.sigma[j]] = x);
+    /// Evaluates Φ: `put` receives the number of each equation in the scene, and Φ_j.
+    pub fn phi(&self, at: &NodeView<f64>, mut put: impl FnMut(usize, f64)) {
+        let mut equations = self.sigma.iter();
+        Values::<f64>::values(&*self.formula, &|slot| self.read(at, slot), &mut |x| {
+            equations.next().into_iter().for_each(|&j| put(j, x));
+        });
+    }
+
+    /// Evaluates Φ on other numbers, as [`phi`](Self::phi).
+    pub fn write_phi<R: Number>(&self, formula: &dyn OnNumbers<R>, at: &NodeView<R>, mut put: impl FnMut(usize, R)) {
+        formula.phi(&|slot| self.read(at, slot), &mut |j, x| put(self.sigma[j], x));
     }
 
     /// The sum to which a component of the element is added.
@@ -141,7 +149,7 @@ impl PlacedElement {
     pub fn find_undefined_phi(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         self.to_blame(at, |read| {
             let mut is_fine = true;
-            OnNumbers::<f64>::phi(&*self.formula, read, &mut |_, x| is_fine &= x.is_finite());
+            Values::<f64>::values(&*self.formula, read, &mut |x| is_fine &= x.is_finite());
             is_fine
         })
     }
@@ -160,7 +168,8 @@ impl PlacedElement {
     pub fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         let undefined = self.to_blame(at, |read| {
             let mut is_fine = true;
-            OnNumbers::<f64>::first(&*self.formula, read, &mut |_, x| is_fine &= x.is_finite());
+            let read = |slot| hyper(read(slot), 0.0, 0.0, 0.0);
+            OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |_, x| is_fine &= x.re().is_finite());
             is_fine
         });
         undefined.or_else(|| self.find_infinite_derivatives(at))
@@ -197,15 +206,14 @@ impl PlacedElement {
 /// Derivatives with respect to one argument.
 impl PlacedElement {
     /// An argument, with derivative 1 if it is `seed`.
-    fn seeded(&self, at: &NodeView<f64>, seed: Slot, slot: Slot) -> Slope {
-        let x = Slope::from_re(self.read(at, slot));
-        if slot == seed { x.derivative(0) } else { x }
+    fn seeded(&self, at: &NodeView<f64>, seed: Slot, slot: Slot) -> Hyper {
+        hyper(self.read(at, slot), f64::from(slot == seed), 0.0, 0.0)
     }
 
     /// The derivatives of 𝓛_v, 𝓛_q + Q and dΦ/dt with respect to one argument.
     fn differentiate(&self, at: &NodeView<f64>, seed: Slot, put: &mut dyn FnMut(Component, f64)) {
         let read = |slot| self.seeded(at, seed, slot);
-        OnNumbers::<Slope>::first(&*self.formula, &read, &mut |of, x| put(of, slope(&x)));
+        OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| put(of, hyper_parts(&x)[1]));
     }
 
     /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one argument.
@@ -287,7 +295,7 @@ impl PlacedElement {
 
     fn differentiate_phi(&self, at: &NodeView<f64>, seed: Slot, put: &mut dyn FnMut(usize, f64)) {
         let read = |slot| self.seeded(at, seed, slot);
-        OnNumbers::<Slope>::phi(&*self.formula, &read, &mut |j, x| put(j, slope(&x)));
+        OnNumbers::<Hyper>::phi(&*self.formula, &read, &mut |j, x| put(j, hyper_parts(&x)[1]));
     }
 
     /// Appends Φ_q of the element, in the scene's numbering, column by column.

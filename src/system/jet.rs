@@ -1,40 +1,13 @@
-//! Elements as seen by automatic differentiation: the contributions of each kind to the equations of a step.
+//! [`ElementKind`]: what an element contributes to the equations of a step, and which second derivatives it has.
 
-use nalgebra::SVector;
 use num_dual::DualNum;
 
-use crate::Scalar;
-
-/// A number type on which formulas and their derivatives are evaluated.
+/// A number that formulas and their derivatives are evaluated with.
 pub trait Number: DualNum<Primitive = f64> + Copy {}
 
 impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 
-/// The arguments of one element.
-#[derive(Clone, Copy, Debug)]
-pub struct Local<R, const N: usize, const M: usize, const K: usize> {
-    pub q: SVector<R, N>,
-    pub v: SVector<R, N>,
-    pub sigma: SVector<R, M>,
-    pub u: SVector<R, K>,
-    pub t: R,
-}
-
-/// The contributions of one element to 𝓛_v, to 𝓛_q + Q and to dΦ/dt.
-#[derive(Clone, Copy)]
-pub struct FirstDerivatives<R, const N: usize, const M: usize> {
-    pub l_v: SVector<R, N>,
-    pub force: SVector<R, N>,
-    pub phi_dot: SVector<R, M>,
-}
-
-impl<R: Number, const N: usize, const M: usize> FirstDerivatives<R, N, M> {
-    pub fn zero() -> Self {
-        FirstDerivatives { l_v: SVector::zeros(), force: SVector::zeros(), phi_dot: SVector::zeros() }
-    }
-}
-
-/// A kind of element, with the second derivatives it has in addition to qq (𝓛_qq + Q_q).
+/// Kind of element, with its second derivatives besides qq (𝓛_qq + Q_q).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ElementKind {
     /// Kinetic energy: 𝓛_vv, 𝓛_vq = 𝓛_qvᵀ, 𝓛_qq.
@@ -48,7 +21,7 @@ pub enum ElementKind {
 }
 
 impl ElementKind {
-    /// Number of square blocks (a × a, for a active coordinates) of an element of this kind.
+    /// The number of n × n blocks.
     pub const fn squares(self) -> usize {
         match self {
             ElementKind::Kinetic => 3,
@@ -57,37 +30,8 @@ impl ElementKind {
         }
     }
 
-    /// The length of the blocks of an element with `a` active coordinates and `m` equations.
-    pub const fn length(self, a: usize, m: usize) -> usize {
-        self.squares() * a * a + if matches!(self, ElementKind::Holonomic) { 2 * a * m } else { 0 }
+    /// The length of the blocks of an element with n coordinates and m equations.
+    pub const fn length(self, n: usize, m: usize) -> usize {
+        self.squares() * n * n + if matches!(self, ElementKind::Holonomic) { 2 * n * m } else { 0 }
     }
-}
-
-/// One kind of element: N coordinates, M constraint equations, K controls, P physical constants.
-///
-/// `first` is the plain formula, generic over the number type of the simulation. `blocks` computes the same values together with
-/// all second derivatives, in real numbers.
-pub trait Jet<const N: usize, const M: usize, const K: usize, const P: usize>: Send + Sync + 'static {
-    const KIND: ElementKind;
-
-    fn first<R: Number>(&self, at: &Local<R, N, M, K>, b: &SVector<R, P>) -> FirstDerivatives<R, N, M>;
-
-    /// Φ, for constraints.
-    fn phi<R: Number>(&self, _q: &SVector<R, N>, _b: &SVector<R, P>, _t: R) -> SVector<R, M> {
-        SVector::zeros()
-    }
-
-    /// The formula: T, V, Q or Φ.
-    fn values<S: Scalar>(&self, at: &Local<S, N, M, K>, b: &SVector<S, P>, put: &mut dyn FnMut(S));
-
-    /// Adds the first derivatives to `first` and writes the second derivatives to `blocks`.
-    ///
-    /// Order: vv, vq, qq (kinetic); qq (potential); Q_v, Q_q (applied); σᵀΦ_qq, σᵀ(dΦ/dt)_qq, Φ_q, (dΦ/dt)_q (holonomic), each by rows.
-    fn blocks(
-        &self,
-        at: &Local<f64, N, M, K>,
-        b: &SVector<f64, P>,
-        first: &mut FirstDerivatives<f64, N, M>,
-        blocks: &mut [f64],
-    );
 }

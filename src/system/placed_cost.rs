@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use num_dual::{Dual64, DualSVec64};
+use num_dual::Dual64;
 
 use super::argument::{Argument, to_blame};
 use super::cost::{CostRows, Slopes};
@@ -11,7 +11,8 @@ use super::cost_second_order::CostSecondOrder;
 use super::cost_shape::{CostShape, Of};
 use super::cost_terms::{CostUse, Term};
 use super::jet::Number;
-use super::plain_cost::{AnyCost, PlainCost, SEEDS};
+use super::plain_cost::{AnyCost, PlainCost};
+use super::typed::{SEEDS, Wide, with_memory};
 use super::view::NodeView;
 use super::weights::{Beside, Weights};
 use crate::Scalar;
@@ -19,9 +20,6 @@ use crate::model::Param;
 use crate::model::element::{ListCost, Sum};
 use crate::number::{Fingerprint, hyper, hyper_parts};
 use crate::program::{Obstacle, Symbol, Template, record, record_branch};
-
-/// Up to this number of arguments and constants, evaluation does not allocate memory; costs are evaluated at every node.
-const FEW: usize = 32;
 
 /// A cost and the arguments it is connected to.
 #[derive(Clone)]
@@ -54,15 +52,14 @@ impl PlacedCost {
         argument: impl Fn(usize) -> S,
         constant: impl Fn(usize) -> S,
     ) -> S {
-        let (count, (mut few, mut many)) = (self.shape.len() + self.b.len(), ([S::zero(); FEW], Vec::new()));
-        let all = few.get_mut(..count).unwrap_or_else(|| {
-            many.resize(count, S::zero());
-            &mut many[..]
+        let mut value = S::zero();
+        with_memory(self.shape.len() + self.b.len(), &mut |all: &mut [S]| {
+            let (arguments, constants) = all.split_at_mut(self.shape.len());
+            arguments.iter_mut().enumerate().for_each(|(i, x)| *x = argument(i));
+            constants.iter_mut().enumerate().for_each(|(p, x)| *x = constant(p));
+            value = cost.value(&self.shape.point(arguments, constants));
         });
-        let (arguments, constants) = all.split_at_mut(self.shape.len());
-        arguments.iter_mut().enumerate().for_each(|(i, x)| *x = argument(i));
-        constants.iter_mut().enumerate().for_each(|(p, x)| *x = constant(p));
-        cost.value(&self.shape.point(arguments, constants))
+        value
     }
 
     pub(super) fn argument<R: Number>(&self, at: &NodeView<R>, which: usize) -> R {
@@ -255,16 +252,15 @@ impl PlacedCost {
 
     /// Evaluates value and gradient by dual numbers, a few derivatives at a time.
     fn dual_gradient(&self, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
-        type Dual = DualSVec64<SEEDS>;
         let (_, mut slopes) = rows.memory_and_slopes();
         for seeds in self.partials().chunks(SEEDS) {
             let seeded = |of: Partial, value: f64| match seeds.iter().position(|seed| *seed == of) {
-                Some(k) => Dual::from_re(value).derivative(k),
-                None => Dual::from_re(value),
+                Some(k) => Wide::from_re(value).derivative(k),
+                None => Wide::from_re(value),
             };
             let argument = |i: usize| seeded(Partial::Argument(i), self.argument(at, i));
-            let cost =
-                self.evaluate::<Dual>(&*self.cost, argument, |p| seeded(Partial::Constant(p), self.b[p].value(at.design)));
+            let cost = self
+                .evaluate::<Wide<f64>>(&*self.cost, argument, |p| seeded(Partial::Constant(p), self.b[p].value(at.design)));
             for (k, of) in seeds.iter().enumerate() {
                 self.add_partial(*of, weight, cost.eps.0.map_or(0.0, |eps| eps[k]), &mut slopes);
             }

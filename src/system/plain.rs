@@ -1,7 +1,7 @@
 //! The plain formulas of elements and costs, evaluated on any number type.
 //!
-//! Dual numbers are represented by [`Slope`]s, with which formulas are verified, or, in costs, by hyper-dual numbers, which accelerations need in any
-//! case. So every formula is compiled for one number type fewer.
+//! Dual numbers, and the real numbers of elements, are represented by hyper-dual numbers, which accelerations need in any case. So every formula is
+//! compiled for fewer number types.
 
 use nalgebra::DMatrix;
 use num_dual::Dual64;
@@ -11,62 +11,58 @@ use super::batch::{Batch, Sums};
 use super::cost_factors::CostFactors;
 use super::costs::Costs;
 use super::item::PlacedElement;
-use super::jet::Number;
 use super::plain_cost::{AnyCost, PlainCost};
 use super::typed::{AnyElement, OnNumbers, Values};
 use super::view::{NodeValues, NodeView};
 use super::weights::Weights;
-use crate::number::{Family, Hyper, Real, Slope, hyper, hyper_parts, slope, with_slope};
+use crate::Cx;
+use crate::number::{Family, Hyper, Real, hyper, hyper_parts};
 use crate::program::Symbol;
-use crate::{Cx, Scalar};
 
-/// The formula of an element for one number type.
-enum Plain<'a, R: Real> {
-    Direct(&'a dyn OnNumbers<R>),
-    BySlope(&'a dyn OnNumbers<Slope>),
+/// A formula for one number type: evaluated with this type, or with hyper-dual numbers that contain it.
+enum Plain<Direct, ByHyper> {
+    Direct(Direct),
+    ByHyper(ByHyper),
 }
+
+type OfElements<'a, R> = Plain<&'a dyn OnNumbers<R>, &'a dyn OnNumbers<Hyper>>;
+type OfCosts<'a, R> = Plain<&'a dyn PlainCost<R>, &'a dyn PlainCost<Hyper>>;
 
 struct OfElement<'a>(&'a dyn AnyElement);
 
 impl<'a> Family for OfElement<'a> {
-    type Of<R: Real> = Plain<'a, R>;
+    type Of<R: Real> = OfElements<'a, R>;
 
-    fn real(self) -> Plain<'a, f64> {
+    fn real(self) -> OfElements<'a, f64> {
+        Plain::ByHyper(self.0)
+    }
+    fn complex(self) -> OfElements<'a, Cx> {
         Plain::Direct(self.0)
     }
-    fn complex(self) -> Plain<'a, Cx> {
+    fn dual(self) -> OfElements<'a, Dual64> {
+        Plain::ByHyper(self.0)
+    }
+    fn hyper(self) -> OfElements<'a, Hyper> {
         Plain::Direct(self.0)
     }
-    fn dual(self) -> Plain<'a, Dual64> {
-        Plain::BySlope(self.0)
-    }
-    fn hyper(self) -> Plain<'a, Hyper> {
-        Plain::Direct(self.0)
-    }
-}
-
-/// The formula of a cost for one number type.
-enum PlainOfCost<'a, R: Real> {
-    Direct(&'a dyn PlainCost<R>),
-    ByHyper(&'a dyn PlainCost<Hyper>),
 }
 
 struct OfCost<'a>(&'a dyn AnyCost);
 
 impl<'a> Family for OfCost<'a> {
-    type Of<R: Real> = PlainOfCost<'a, R>;
+    type Of<R: Real> = OfCosts<'a, R>;
 
-    fn real(self) -> PlainOfCost<'a, f64> {
-        PlainOfCost::Direct(self.0)
+    fn real(self) -> OfCosts<'a, f64> {
+        Plain::Direct(self.0)
     }
-    fn complex(self) -> PlainOfCost<'a, Cx> {
-        PlainOfCost::Direct(self.0)
+    fn complex(self) -> OfCosts<'a, Cx> {
+        Plain::Direct(self.0)
     }
-    fn dual(self) -> PlainOfCost<'a, Dual64> {
-        PlainOfCost::ByHyper(self.0)
+    fn dual(self) -> OfCosts<'a, Dual64> {
+        Plain::ByHyper(self.0)
     }
-    fn hyper(self) -> PlainOfCost<'a, Hyper> {
-        PlainOfCost::Direct(self.0)
+    fn hyper(self) -> OfCosts<'a, Hyper> {
+        Plain::Direct(self.0)
     }
 }
 
@@ -85,8 +81,8 @@ pub(super) fn add_costs<R: Real>(
             continue;
         }
         let value = match R::of(OfCost(&*item.cost)) {
-            PlainOfCost::Direct(cost) => item.value(cost, at),
-            PlainOfCost::ByHyper(cost) => {
+            Plain::Direct(cost) => item.value(cost, at),
+            Plain::ByHyper(cost) => {
                 let point = lifted.get_or_insert_with(|| NodeValues::of_costs(at, lift));
                 lower(item.value(cost, &point.view()))
             }
@@ -96,61 +92,48 @@ pub(super) fn add_costs<R: Real>(
 }
 
 fn lift<R: Real>(x: R) -> Hyper {
-    hyper(x.part(0), x.part(1), 0.0, 0.0)
+    hyper(x.part(0), if R::PARTS > 1 { x.part(1) } else { 0.0 }, 0.0, 0.0)
 }
 
 fn lower<R: Real>(x: Hyper) -> R {
-    let mut lowered = R::from(x.re());
-    lowered.add_to_part(1, hyper_parts(&x)[1]);
-    lowered
-}
-
-fn lift_to_slope<R: Real>(x: R) -> Slope {
-    with_slope(x.part(0), x.part(1))
-}
-
-fn add_back<R: Real, S: Number>(to: &mut [R], from: &[S], along: fn(&S) -> f64) {
-    for (to, from) in to.iter_mut().zip(from) {
-        to.add_to_part(0, Scalar::re(from));
-        to.add_to_part(1, along(from));
+    let [re, eps, ..] = hyper_parts(&x);
+    let mut lowered = R::from(re);
+    if R::PARTS > 1 {
+        lowered.add_to_part(1, eps);
     }
+    lowered
 }
 
 /// Adds the contributions of all elements of some batches to 𝓛_v, 𝓛_q + Q and dΦ/dt.
 pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, sums: &mut Sums<R>) {
-    let mut lifted: Option<(NodeValues<Slope>, Sums<Slope>)> = None;
+    let mut lifted: Option<(NodeValues<Hyper>, Sums<Hyper>)> = None;
     for item in batches.flat_map(|batch| &batch.items) {
         match R::of(OfElement(&*item.formula)) {
             Plain::Direct(formula) => item.add(formula, at, sums),
-            Plain::BySlope(formula) => {
-                let start = || (NodeValues::of_equations(at, lift_to_slope), Sums::new(at.q.len(), at.sigma.len()));
+            Plain::ByHyper(formula) => {
+                let start = || (NodeValues::of_equations(at, lift), Sums::new(at.q.len(), at.sigma.len()));
                 let (point, own) = lifted.get_or_insert_with(start);
                 item.add(formula, &point.view(), own);
             }
         }
     }
     if let Some((_, own)) = lifted {
-        add_back(&mut sums.all, &own.all, slope);
+        sums.all.iter_mut().zip(own.all).for_each(|(sum, own)| *sum += lower::<R>(own));
     }
 }
 
 /// Writes Φ of all constraints.
 pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, phi: &mut [R]) {
-    let mut lifted: Option<(NodeValues<Slope>, Vec<Slope>)> = None;
+    let mut lifted: Option<NodeValues<Hyper>> = None;
     let is_constraint = |item: &&PlacedElement| !item.sigma.is_empty();
     for item in batches.flat_map(|batch| &batch.items).filter(is_constraint) {
         match R::of(OfElement(&*item.formula)) {
-            Plain::Direct(formula) => item.write_phi(formula, at, phi),
-            Plain::BySlope(formula) => {
-                let start = || (NodeValues::of_equations(at, lift_to_slope), vec![with_slope(0.0, 0.0); phi.len()]);
-                let (point, own) = lifted.get_or_insert_with(start);
-                item.write_phi(formula, &point.view(), own);
+            Plain::Direct(formula) => item.write_phi(formula, at, |j, x| phi[j] = x),
+            Plain::ByHyper(formula) => {
+                let point = lifted.get_or_insert_with(|| NodeValues::of_equations(at, lift));
+                item.write_phi(formula, &point.view(), |j, x| phi[j] = lower(x));
             }
         }
-    }
-    if let Some((_, own)) = lifted {
-        phi.fill(R::zero());
-        add_back(phi, &own, slope);
     }
 }
 

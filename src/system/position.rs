@@ -11,7 +11,6 @@ use super::formula::Formula;
 use super::jet::ElementKind;
 use super::point::Layout;
 use super::sinusoidal_constraints::Sines;
-use super::typed::OnNumbers;
 use super::view::NodeView;
 use crate::System;
 use crate::program::Kernel;
@@ -93,7 +92,7 @@ impl PositionConstraints {
             programs.run(&self.point, |&equation, value| phi[equation] = value);
         }
         for item in self.plain.iter().map(|&place| system.item(place)) {
-            item.write_phi::<f64>(&*item.formula as &dyn OnNumbers<f64>, at, phi);
+            item.phi(at, |j, x| phi[j] = x);
         }
     }
 }

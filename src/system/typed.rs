@@ -1,22 +1,25 @@
-//! An element behind a trait that hides its type; only this code is compiled for each type of element.
+//! An element behind a trait that hides its type, and the memory in which a formula finds its arguments.
 //!
-//! The code that builds derivatives and adds them to the sums is shared by all elements; see [`item`](super::item).
+//! Formulas are instantiated for few number types: values, recording, and numbers that carry [`SEEDS`] derivatives at once. All derivatives are assembled
+//! from these by code that is compiled once, not for each type of element.
 
 use nalgebra::SVector;
-use num_traits::Zero;
+use num_dual::DualSVec;
 
 use super::formula::Component;
-use super::jet::{ElementKind, FirstDerivatives, Jet, Local, Number};
-use super::second_by_columns::by_columns;
+use super::jet::{ElementKind, Number};
 use super::shape::Shape;
-use crate::number::{Fingerprint, Hyper, Slope};
+use crate::number::{Fingerprint, Hyper, hyper, hyper_parts};
 use crate::program::Symbol;
 use crate::{Cx, Scalar};
 
-/// The second derivatives of elements with more coordinates are computed column by column.
-const WIDE: usize = 24;
+/// Number of derivatives that a [`Wide`] number carries.
+pub const SEEDS: usize = 4;
 
-/// An argument of an element's formula, numbered within the element.
+/// A number with derivatives with respect to [`SEEDS`] arguments.
+pub type Wide<R> = DualSVec<R, SEEDS>;
+
+/// An argument of an element's formula, by the element's own number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Slot {
     Q(usize),
@@ -27,127 +30,137 @@ pub enum Slot {
     B(usize),
 }
 
-/// Reads the arguments of a formula.
+/// Returns the value of an argument.
 pub type Read<'a, R> = &'a dyn Fn(Slot) -> R;
 
-/// The contributions of an element, by its plain formula on numbers of type R.
+/// An element's contributions on numbers of type R.
 pub trait OnNumbers<R> {
-    /// Passes 𝓛_v, 𝓛_q + Q and dΦ/dt to `put`.
-    fn first(&self, read: Read<R>, put: &mut dyn FnMut(Component, R));
-    /// Passes Φ to `put`.
-    fn phi(&self, read: Read<R>, put: &mut dyn FnMut(usize, R));
+    /// Adds 𝓛_v, 𝓛_q + Q and dΦ/dt; a component may be added in several parts.
+    fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R));
+    /// Writes Φ.
+    fn phi(&self, _read: Read<R>, _put: &mut dyn FnMut(usize, R)) {}
 }
 
-/// The formula (T, V, Q or Φ) on numbers of type S.
+/// The formula itself, T, V, Q or Φ, on numbers of type S.
 pub trait Values<S> {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S));
 }
 
-/// An element of any type.
+/// An element whose type is hidden.
 pub trait AnyElement:
-    OnNumbers<f64>
-    + OnNumbers<Cx>
-    + OnNumbers<Slope>
-    + OnNumbers<Hyper>
-    + Values<f64>
-    + Values<Symbol>
-    + Values<Fingerprint>
-    + Send
-    + Sync
+    OnNumbers<Cx> + OnNumbers<Hyper> + Values<f64> + Values<Symbol> + Values<Fingerprint> + Send + Sync
 {
     fn kind(&self) -> ElementKind;
+
     fn shape(&self) -> Shape;
-    /// Computes first derivatives, and writes second derivatives to `blocks`; see [`Jet::blocks`].
-    fn blocks(&self, read: Read<f64>, put: &mut dyn FnMut(Component, f64), blocks: &mut [f64]);
-}
 
-/// An element with its type.
-pub struct Typed<J, const N: usize, const M: usize, const K: usize, const P: usize>(pub J);
-
-impl<J, R, const N: usize, const M: usize, const K: usize, const P: usize> OnNumbers<R> for Typed<J, N, M, K, P>
-where
-    J: Jet<N, M, K, P>,
-    R: Number,
-{
-    fn first(&self, read: Read<R>, put: &mut dyn FnMut(Component, R)) {
-        let (at, b): (Local<R, N, M, K>, SVector<R, P>) = arguments(read);
-        put_all(&self.0.first(&at, &b), put);
-    }
-
-    fn phi(&self, read: Read<R>, put: &mut dyn FnMut(usize, R)) {
-        if M > 0 {
-            let (at, b): (Local<R, N, M, K>, SVector<R, P>) = arguments(read);
-            put_each(self.0.phi(&at.q, &b, at.t).as_slice(), put);
-        }
+    /// Adds first derivatives, and writes the second ones to `blocks`.
+    ///
+    /// Order: vv, vq, qq (kinetic); qq (potential); Q_v, Q_q (applied); σᵀΦ_qq, σᵀ(dΦ/dt)_qq, Φ_q, (dΦ/dt)_q (holonomic), each by rows.
+    fn blocks(&self, read: Read<f64>, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
+        by_columns(self, read, add, blocks);
     }
 }
 
-impl<J, S, const N: usize, const M: usize, const K: usize, const P: usize> Values<S> for Typed<J, N, M, K, P>
-where
-    J: Jet<N, M, K, P>,
-    S: Scalar,
-{
-    fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
-        let (at, b): (Local<S, N, M, K>, SVector<S, P>) = arguments(read);
-        self.0.values(&at, &b, put);
-    }
-}
-
-impl<J: Jet<N, M, K, P>, const N: usize, const M: usize, const K: usize, const P: usize> AnyElement
-    for Typed<J, N, M, K, P>
-{
-    fn kind(&self) -> ElementKind {
-        J::KIND
-    }
-
-    fn shape(&self) -> Shape {
-        Shape { n: N, m: M, k: K, p: P }
-    }
-
-    fn blocks(&self, read: Read<f64>, put: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
-        if N > WIDE {
-            return by_columns(self, (J::KIND, self.shape()), read, put, blocks);
-        }
-        let (at, b): (Local<f64, N, M, K>, SVector<f64, P>) = arguments(read);
-        let mut first = FirstDerivatives::zero();
-        self.0.blocks(&at, &b, &mut first, blocks);
-        put_all(&first, put);
-    }
-}
-
-/// Builds a vector from its components, as `SVector::from_fn`. Called by functions that are generic over sizes only, so not compiled per element.
-#[inline(always)]
-pub fn vector<R: nalgebra::Scalar + Copy + Zero, const N: usize>(of: impl Fn(usize) -> R) -> SVector<R, N> {
-    let mut values = [R::zero(); N];
-    for (i, value) in values.iter_mut().enumerate() {
-        *value = of(i);
-    }
-    SVector::from(values)
-}
-
-/// Applies a function to all components; used instead of `map`, so that it is not compiled per element.
-pub fn each<R: Copy, S: nalgebra::Scalar + Copy + Zero, const N: usize>(x: &SVector<R, N>, of: fn(R) -> S) -> SVector<S, N> {
-    vector(|i| of(x[i]))
-}
-
-fn arguments<R: nalgebra::Scalar + Copy + Zero, const N: usize, const M: usize, const K: usize, const P: usize>(
+/// The derivatives of a single value with respect to the arguments `of(0)`, …, `of(count − 1)`.
+pub fn gradient<R: Number>(
+    formula: &dyn Values<Wide<R>>,
+    (of, count): (fn(usize) -> Slot, usize),
     read: Read<R>,
-) -> (Local<R, N, M, K>, SVector<R, P>) {
-    let (q, v, sigma, u) = (slots(read, Slot::Q), slots(read, Slot::V), slots(read, Slot::Sigma), slots(read, Slot::U));
-    (Local { q, v, sigma, u, t: read(Slot::T) }, slots(read, Slot::B))
+    put: &mut dyn FnMut(usize, R),
+) {
+    for first in (0..count).step_by(SEEDS) {
+        let seeded = |slot| seeded(Wide::from_re(read(slot)), (first..count).take(SEEDS).position(|i| of(i) == slot));
+        formula.values(&seeded, &mut |value| {
+            if let Some(slopes) = value.eps.0 {
+                (first..count).zip(&slopes).for_each(|(i, slope)| put(i, *slope));
+            }
+        });
+    }
 }
 
-/// Reads the arguments of one kind; compiled once per number of arguments rather than per element.
-fn slots<R: nalgebra::Scalar + Copy + Zero, const N: usize>(read: Read<R>, of: fn(usize) -> Slot) -> SVector<R, N> {
-    vector(|i| read(of(i)))
+/// A number that is differentiated by itself, if it is one of those.
+pub fn seeded<R: Number>(x: Wide<R>, which: Option<usize>) -> Wide<R> {
+    which.map_or(x, |k| x.derivative(k))
 }
 
-fn put_all<R: Copy, const N: usize, const M: usize>(first: &FirstDerivatives<R, N, M>, put: &mut dyn FnMut(Component, R)) {
-    put_each(first.l_v.as_slice(), &mut |i, x| put(Component::Momentum(i), x));
-    put_each(first.force.as_slice(), &mut |i, x| put(Component::Force(i), x));
-    put_each(first.phi_dot.as_slice(), &mut |j, x| put(Component::Equation(j), x));
+/// The blocks one coordinate after the other: along the coordinate by one direction of hyper-dual numbers, along its velocity by the other.
+fn by_columns(
+    element: &(impl AnyElement + ?Sized),
+    read: Read<f64>,
+    add: &mut dyn FnMut(Component, f64),
+    blocks: &mut [f64],
+) {
+    let (kind, Shape { n, m, .. }) = (element.kind(), element.shape());
+    let (square, column) = (n * n, m * n);
+    blocks.fill(0.0);
+    for j in 0..n.max(1) {
+        let seeded = |slot: Slot| {
+            let [by_q, by_v] = [Slot::Q(j), Slot::V(j)].map(|moved| f64::from(slot == moved));
+            hyper(read(slot), by_q, by_v, 0.0)
+        };
+        OnNumbers::<Hyper>::first(element, &seeded, &mut |of, x| {
+            let [value, by_q, by_v, _] = hyper_parts(&x);
+            if j == 0 {
+                add(of, value);
+            }
+            let mut column_of = |first: usize, row: usize, slope: f64| {
+                if j < n {
+                    blocks[first + row * n + j] += slope;
+                }
+            };
+            match (kind, of) {
+                (ElementKind::Kinetic, Component::Momentum(i)) => {
+                    column_of(0, i, by_v);
+                    column_of(square, i, by_q);
+                }
+                (ElementKind::Kinetic, Component::Force(i)) => column_of(2 * square, i, by_q),
+                (ElementKind::Potential, Component::Force(i)) => column_of(0, i, by_q),
+                (ElementKind::Applied, Component::Force(i)) => {
+                    column_of(0, i, by_v);
+                    column_of(square, i, by_q);
+                }
+                (ElementKind::Holonomic, Component::Momentum(i)) => column_of(0, i, by_q),
+                (ElementKind::Holonomic, Component::Force(i)) => column_of(square, i, by_q),
+                (ElementKind::Holonomic, Component::Equation(e)) => {
+                    column_of(2 * square, e, by_v);
+                    column_of(2 * square + column, e, by_q);
+                }
+                _ => {}
+            }
+        });
+    }
 }
 
-fn put_each<R: Copy>(values: &[R], put: &mut dyn FnMut(usize, R)) {
-    values.iter().enumerate().for_each(|(i, x)| put(i, *x));
+/// Reads lists of arguments and calls a formula with them.
+pub fn with_lists<S: Scalar, const L: usize>(
+    read: Read<S>,
+    lists: [(fn(usize) -> Slot, usize); L],
+    formula: &mut dyn FnMut([&[S]; L]),
+) {
+    with_memory(lists.iter().map(|(_, len)| len).sum(), &mut |all: &mut [S]| {
+        let slots = lists.iter().flat_map(|&(of, len)| (0..len).map(of));
+        all.iter_mut().zip(slots).for_each(|(x, slot)| *x = read(slot));
+        let mut rest = &*all;
+        formula(lists.map(|(_, len)| {
+            let (own, after) = rest.split_at(len);
+            rest = after;
+            own
+        }));
+    });
+}
+
+/// Calls a function with `len` zeros. Few of them need no memory of the heap: formulas without programs are evaluated at every point of a run.
+pub fn with_memory<S: Scalar>(len: usize, f: &mut dyn FnMut(&mut [S])) {
+    match len {
+        0..=8 => f(&mut [S::zero(); 8][..len]),
+        9..=16 => f(&mut [S::zero(); 16][..len]),
+        17..=32 => f(&mut [S::zero(); 32][..len]),
+        _ => f(&mut vec![S::zero(); len]),
+    }
+}
+
+/// The list as a vector of fixed length.
+pub fn vector<S: Scalar, const L: usize>(x: &[S]) -> SVector<S, L> {
+    SVector::from_fn(|i, _| x[i])
 }

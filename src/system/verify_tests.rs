@@ -8,13 +8,12 @@ use super::block::Block;
 use super::constants::{Constants, Entry};
 use super::element::{Element, Recordings};
 use super::item::PlacedElement;
-use super::jet::Jet;
 use super::shape::Shape;
 use super::subset_of_coordinates::Restricted;
-use super::typed::Typed;
+use super::typed::AnyElement;
 use super::verify::{Compared, Draw};
 use super::view::{NodeValues, NodeView};
-use super::{Applied, Holonomic, Kinetic, Potential};
+use super::{Applied, Fixed, Holonomic, Kinetic, Potential};
 use crate::model::{Design, Param, SceneTag};
 use crate::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scalar};
 
@@ -119,23 +118,22 @@ impl Constraint<3, 2, 2> for Random {
 }
 
 /// An element with its own coordinates, multipliers and controls.
-fn placed<J, const N: usize, const M: usize, const K: usize, const P: usize>(
-    jet: J,
+fn placed<const P: usize>(
+    formula: impl AnyElement + 'static,
     there: &'static [usize],
     name: &str,
     b: [Param; P],
-) -> PlacedElement
-where
-    J: Jet<N, M, K, P>,
-{
-    let n = if there.is_empty() { N } else { there.len() };
-    let typed = Arc::new(Typed::<J, N, M, K, P>(jet));
+) -> PlacedElement {
+    let formula: Arc<dyn AnyElement> =
+        if there.is_empty() { Arc::new(formula) } else { Arc::new(Restricted { inner: Arc::new(formula), there }) };
+    let Shape { n, m, k, p } = formula.shape();
+    assert_eq!(p, P);
     PlacedElement {
         name: name.to_string(),
-        formula: if there.is_empty() { typed } else { Arc::new(Restricted { inner: typed, there }) },
+        formula,
         q: (0..n).collect(),
-        sigma: (0..M).collect(),
-        u: (0..K).collect(),
+        sigma: (0..m).collect(),
+        u: (0..k).collect(),
         b: b.to_vec(),
         timed: true,
         is_recorded: false,
@@ -148,23 +146,20 @@ pub(super) struct Held {
     pub(super) is_relative: bool,
 }
 
-/// Compares a formula, as one kind of element, at random points.
-pub(super) fn hold<J, const N: usize, const M: usize, const K: usize, const P: usize>(
-    (jet, there): (J, &'static [usize]),
+/// Compares a formula as one kind of element at random points.
+pub(super) fn hold<const P: usize>(
+    (formula, there): (impl AnyElement + 'static, &'static [usize]),
     draw: &mut Draw,
     name: &str,
     (b, design): ([Param; P], &[f64]),
-) -> Held
-where
-    J: Jet<N, M, K, P>,
-{
-    let n = if there.is_empty() { N } else { there.len() };
-    let element = placed::<J, N, M, K, P>(jet, there, name, b);
+) -> Held {
+    let element = placed(formula, there, name, b);
+    let (kind, shape) = (element.formula.kind(), element.formula.shape());
+    let Shape { n, m, k, .. } = shape;
     let zeros = || vec![0.1; 8];
     let (q, v, sigma, u) = (zeros(), zeros(), zeros(), zeros());
     let at = NodeView::of_equations([&q, &v, &sigma], (&u, 0.2, design));
-    let shape = Shape { n, m: M, k: K, p: P };
-    let (formula, numbers) = Recordings::default().formula(J::KIND, shape, &b, || element.record(&at));
+    let (formula, numbers) = Recordings::default().formula(kind, shape, &b, || element.record(&at));
     assert!(formula.kernels.is_some(), "{name}");
     let is_relative = formula.varying.iter().any(|entry| entry.len() > 1);
     let recorded = element.element((0, 0), formula, numbers);
@@ -172,9 +167,9 @@ where
     let mut points = 0;
     for _ in 0..4 {
         let mut random = |len: usize| (0..len).map(|_| 1.5 * draw.number()).collect::<Vec<_>>();
-        let (q, v, sigma, u, t) = (random(n), random(n), random(M), random(K), random(1)[0]);
+        let (q, v, sigma, u, t) = (random(n), random(n), random(m), random(k), random(1)[0]);
         let point = NodeValues { q, v, sigma, u, t, design: design.to_vec(), of_costs: Default::default() };
-        let (c, d, e) = (draw.numbers(n), draw.numbers(n), draw.numbers(M));
+        let (c, d, e) = (draw.numbers(n), draw.numbers(n), draw.numbers(m));
         let compare = |at: &NodeValues<f64>| element.compare(&recorded, at, &Covector { c: &c, d: &d, e: &e });
         let pairs = compare(&point);
         // Estimates the effect of rounding: the change of the result for relative changes of 1e-11 of every argument.
@@ -221,14 +216,12 @@ fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) 
 
 /// Compares the programs of an element with `P` constants with num-dual: for numbers, for some zeros, and for one bound constant.
 ///
-/// Only the coordinates in `there` are present, or all if it is empty.
-pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, const P: usize>(
-    make: impl Fn() -> J,
+/// Of its coordinates only those in `there` are there, all if it is empty.
+pub(crate) fn hold_element<E: AnyElement + 'static, const P: usize>(
+    make: impl Fn() -> E,
     there: &'static [usize],
     name: &str,
-) where
-    J: Jet<N, M, K, P>,
-{
+) {
     let mut draw = Draw(name.len() as u64);
     let (mut said, mut tried) = (0, 0);
     // If there are few constants, all combinations of bound constants; otherwise each constant bound alone, and some further combinations.
@@ -241,7 +234,7 @@ pub(crate) fn hold_element<J, const N: usize, const M: usize, const K: usize, co
             1 => bound(),
             _ => Param::from(0.8 + 0.5 * draw.number()),
         });
-        said += hold::<_, N, M, K, P>((make(), there), &mut draw, &format!("{name} with {b:?}"), (b, &design)).points;
+        said += hold::<P>((make(), there), &mut draw, &format!("{name} with {b:?}"), (b, &design)).points;
     }
     assert!(said > 2 * tried, "{name}: {said} points of {}", 4 * tried);
 }
@@ -260,7 +253,7 @@ impl Force<2, 0, 1> for OnTheCut {
 
 #[test]
 fn angles_are_on_the_same_side_of_the_cut() {
-    let element = placed::<_, 2, 0, 0, 1>(Applied(OnTheCut), &[], "on the cut", [Param::from(0.7)]);
+    let element = placed(Applied::<Fixed<_, 2, 0, 0, 1>>::fixed(OnTheCut), &[], "on the cut", [Param::from(0.7)]);
     let q = [0.3, 0.3];
     let at = NodeView::of_equations([&q, &[0.0; 2], &[]], (&[], 0.0, &[]));
     let shape = Shape { n: 2, m: 0, k: 0, p: 1 };
@@ -284,10 +277,10 @@ fn programs_of_random_formulas_are_what_num_dual_makes_of_them() {
         let design = [0.7 * draw.number()];
         let b = [bound(), Param::from(draw.number())];
         let with = (b, design.as_slice());
-        said += hold::<_, 2, 0, 0, 2>((Kinetic(kinetic), &[]), &mut draw, &names[0], with).points;
-        said += hold::<_, 3, 0, 0, 2>((Potential(potential), &[]), &mut draw, &names[1], with).points;
-        said += hold::<_, 2, 0, 1, 2>((Applied(applied), &[]), &mut draw, &names[2], with).points;
-        said += hold::<_, 3, 2, 0, 2>((Holonomic(holonomic), &[]), &mut draw, &names[3], with).points;
+        said += hold((Kinetic::<Fixed<_, 2, 0, 0, 2>>::fixed(kinetic), &[]), &mut draw, &names[0], with).points;
+        said += hold((Potential::<Fixed<_, 3, 0, 0, 2>>::fixed(potential), &[]), &mut draw, &names[1], with).points;
+        said += hold((Applied::<Fixed<_, 2, 0, 1, 2>>::fixed(applied), &[]), &mut draw, &names[2], with).points;
+        said += hold((Holonomic::<Fixed<_, 3, 2, 0, 2>>::fixed(holonomic), &[]), &mut draw, &names[3], with).points;
     }
     assert!(said > 12 * formulas, "{said} of {} points are conclusive", 16 * formulas);
 }
