@@ -9,6 +9,7 @@ mod bad_models;
 mod edges;
 mod forces;
 mod friction;
+mod lists;
 mod mass_matrix;
 mod mechanics;
 mod parameters;

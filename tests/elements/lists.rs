@@ -1,0 +1,247 @@
+//! Elements of lists: the same formulas as with fixed lengths, and lengths that are known only at run time.
+
+use hamiltonian_adjoint::check::{Input, complex_step};
+use hamiltonian_adjoint::{
+    Constraint, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, ListConstraint, ListCost,
+    ListForce, ListForcePoint, ListKineticEnergy, ListPoint, ListPotentialEnergy, PotentialEnergy, Scalar, Scene, Settings,
+    Sum, System, gradient,
+};
+use nalgebra::SVector;
+
+const N: usize = 5;
+
+/// A chain of coupled pendulums; `branches` makes its force depend on a sign.
+#[derive(Clone, Copy)]
+struct Chain {
+    branches: bool,
+}
+
+impl ListKineticEnergy for Chain {
+    fn kinetic_energy<S: Scalar>(&self, q: &[S], v: &[S], b: &[S]) -> S {
+        let coupled = (1..q.len()).map(|i| (q[i] - q[i - 1]).cos() * v[i] * v[i - 1] * b[1]).sum::<S>();
+        v.iter().map(|v| *v * *v * b[0]).sum::<S>() * 0.5 + coupled
+    }
+}
+
+impl ListPotentialEnergy for Chain {
+    fn potential_energy<S: Scalar>(&self, q: &[S], b: &[S], t: S) -> S {
+        q.iter().map(|q| -q.cos() * b[0] + *q * t.sin() * 0.1).sum()
+    }
+}
+
+impl ListForce for Chain {
+    fn force<S: Scalar>(&self, at: &ListForcePoint<S>, b: &[S], force: &mut [S]) {
+        for (i, force) in force.iter_mut().enumerate() {
+            let is_stiff = self.branches && at.q[i].re() > 0.0;
+            *force = -at.v[i] * b[0] - if is_stiff { at.q[i] * at.q[i] } else { S::zero() };
+        }
+        force[0] += at.u[0] * at.q[1].cos() + at.u[1] * at.t;
+    }
+}
+
+impl ListConstraint for Chain {
+    fn phi<S: Scalar>(&self, q: &[S], b: &[S], t: S, phi: &mut [S]) {
+        phi[0] = q.iter().map(|q| q.cos()).sum::<S>() - b[0] * q.len() as f64;
+        phi[1] = q[1] - q[0] + (t * t) * 0.02;
+    }
+}
+
+impl ListCost for Chain {
+    fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
+        at.q.iter().map(|q| q.sin().powi(2)).sum::<S>() + at.u[0].powi(2) * at.b[0]
+    }
+}
+
+impl KineticEnergy<N, 2> for Chain {
+    fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, N>, v: &SVector<S, N>, b: &SVector<S, 2>) -> S {
+        ListKineticEnergy::kinetic_energy(self, q.as_slice(), v.as_slice(), b.as_slice())
+    }
+}
+
+impl PotentialEnergy<N, 1> for Chain {
+    fn potential_energy<S: Scalar>(&self, q: &SVector<S, N>, b: &SVector<S, 1>, t: S) -> S {
+        ListPotentialEnergy::potential_energy(self, q.as_slice(), b.as_slice(), t)
+    }
+}
+
+impl Force<N, 2, 1> for Chain {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, N, 2>, b: &SVector<S, 1>) -> SVector<S, N> {
+        let mut force = SVector::zeros();
+        let at = ListForcePoint { q: at.q.as_slice(), v: at.v.as_slice(), u: at.u.as_slice(), t: at.t };
+        ListForce::force(self, &at, b.as_slice(), force.as_mut_slice());
+        force
+    }
+}
+
+impl Constraint<N, 2, 1> for Chain {
+    fn phi<S: Scalar>(&self, q: &SVector<S, N>, b: &SVector<S, 1>, t: S) -> SVector<S, 2> {
+        let mut phi = SVector::zeros();
+        ListConstraint::phi(self, q.as_slice(), b.as_slice(), t, phi.as_mut_slice());
+        phi
+    }
+}
+
+impl Cost<N, 0, 1, 1> for Chain {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, N, 0, 1>, b: &SVector<S, 1>) -> S {
+        at.q.iter().map(|q| q.sin().powi(2)).sum::<S>() + at.u[0].powi(2) * b[0]
+    }
+}
+
+/// A chain of n pendulums by lists, or of [`N`] by fixed lengths.
+fn scene(n: usize, by_lists: bool, branches: bool) -> Scene {
+    let (mut scene, chain) = (Scene::new(), Chain { branches });
+    let q: Vec<_> = (0..n).map(|i| scene.coordinate(&format!("q{i}"), 0.3)).collect();
+    let u = [scene.control("first"), scene.control("second")];
+    let [mass, coupling, level] =
+        [("mass", 2.0), ("coupling", 0.4), ("level", 0.3f64.cos())].map(|(name, value)| scene.design(name, value));
+    if by_lists {
+        scene.list_kinetic_energy("T", chain, &q, &[mass, coupling]);
+        scene.list_potential_energy("V", chain, &q, &[mass]);
+        scene.list_force("Q", chain, &q, &u, &[coupling]);
+        let multipliers = scene.list_constraint("phi", chain, 2, &q, &[level]);
+        assert_eq!(multipliers.len(), 2);
+        scene.list_cost("h", chain, Sum::Integral, &q, &[], &u[..1], &[mass]);
+    } else {
+        let q: [_; N] = q.try_into().expect("N coordinates");
+        scene.kinetic_energy("T", chain, q, [mass, coupling]);
+        scene.potential_energy("V", chain, q, [mass]);
+        scene.force("Q", chain, q, u, [coupling]);
+        let _: [_; 2] = scene.constraint("phi", chain, q, [level]);
+        scene.cost("h", chain, Sum::Integral, q, [], [u[0]], [mass]);
+    }
+    scene
+}
+
+fn inputs(system: &System) -> Inputs<f64> {
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(30, 0.01));
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = (i as f64).sin());
+    inputs
+}
+
+fn gradient_of(system: &System) -> Result<Gradient, Error> {
+    gradient(system, &inputs(system), Settings::default())
+}
+
+#[test]
+fn lists_are_the_same_formulas_as_fixed_lengths() -> Result<(), Error> {
+    for compile in [Scene::compile, Scene::compile_without_programs] {
+        for branches in [false, true] {
+            let [lists, fixed] =
+                [true, false].map(|by_lists| gradient_of(&compile(scene(N, by_lists, branches)).expect("a scene")));
+            let (lists, fixed) = (lists?, fixed?);
+            assert_eq!((lists.value, &lists.controls, &lists.design), (fixed.value, &fixed.controls, &fixed.design));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn gradients_of_lists_are_those_of_complex_step_for_any_length() -> Result<(), Error> {
+    for n in [2, 3, 4, 6, 9, 17] {
+        for compile in [Scene::compile, Scene::compile_without_programs] {
+            for branches in [false, true] {
+                let system = compile(scene(n, true, branches))?;
+                let found = gradient_of(&system)?;
+                let inputs = inputs(&system);
+                let some = [
+                    Input::Control { channel: 0, node: 3 },
+                    Input::Control { channel: 1, node: 20 },
+                    Input::Design(0),
+                    Input::Design(1),
+                    Input::Design(2),
+                ];
+                for (input, expected) in some.iter().zip(complex_step(&system, &inputs, Settings::default(), &some)?) {
+                    let difference = (input.in_gradient(&found) - expected).abs();
+                    assert!(difference < 1e-10 * expected.abs().max(1e-3), "{n} {branches} {input:?}: {difference}");
+                }
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A tree of bodies in the plane, in relative angles: body i turns about the end of its parent.
+#[derive(Clone)]
+struct Tree {
+    parents: Vec<Option<usize>>,
+}
+
+impl Tree {
+    fn new(bodies: usize) -> Self {
+        Tree { parents: (0..bodies).map(|i| i.checked_sub(1).map(|i| i / 2)).collect() }
+    }
+
+    /// The bodies from the root to one of them.
+    fn path(&self, body: usize) -> Vec<usize> {
+        let mut path: Vec<usize> = std::iter::successors(Some(body), |&i| self.parents[i]).collect();
+        path.reverse();
+        path
+    }
+}
+
+/// ½ m |v|² + ½ I ω² of the last body of a path.
+fn energy_of_last<S: Scalar>(q: impl Iterator<Item = S>, v: impl Iterator<Item = S>, b: &[S]) -> S {
+    let (mut angle, mut rate, mut velocity, mut last) = (S::zero(), S::zero(), [S::zero(); 2], [S::zero(); 2]);
+    for (q, v) in q.zip(v) {
+        velocity = [velocity[0] + last[0], velocity[1] + last[1]];
+        (angle, rate) = (angle + q, rate + v);
+        let (sin, cos) = angle.sin_cos();
+        last = [-sin * rate, cos * rate];
+    }
+    let centre = [velocity[0] + last[0] * 0.5, velocity[1] + last[1] * 0.5];
+    (b[0] * (centre[0] * centre[0] + centre[1] * centre[1]) + b[1] * rate * rate) * 0.5
+}
+
+impl ListKineticEnergy for Tree {
+    fn kinetic_energy<S: Scalar>(&self, q: &[S], v: &[S], b: &[S]) -> S {
+        let of = |body: usize| {
+            let path = self.path(body);
+            energy_of_last(path.iter().map(|&i| q[i]), path.iter().map(|&i| v[i]), b)
+        };
+        (0..self.parents.len()).map(of).sum()
+    }
+}
+
+/// One body at the end of a path.
+struct Body;
+
+impl ListKineticEnergy for Body {
+    fn kinetic_energy<S: Scalar>(&self, q: &[S], v: &[S], b: &[S]) -> S {
+        energy_of_last(q.iter().copied(), v.iter().copied(), b)
+    }
+}
+
+/// V = Σ cos of the absolute angles would need paths as well; relative angles do.
+struct Springs;
+
+impl ListPotentialEnergy for Springs {
+    fn potential_energy<S: Scalar>(&self, q: &[S], b: &[S], _t: S) -> S {
+        q.iter().map(|q| (*q - 0.2).powi(2) * b[0]).sum()
+    }
+}
+
+fn tree(bodies: usize, is_one: bool) -> Result<System, Error> {
+    let (mut scene, tree) = (Scene::new(), Tree::new(bodies));
+    let q: Vec<_> = (0..bodies).map(|i| scene.coordinate(&format!("q{i}"), 0.1 * (i as f64 * 1.7).sin())).collect();
+    let b = [scene.design("mass", 1.3), scene.design("inertia", 0.1)];
+    if is_one {
+        scene.list_kinetic_energy("T", tree, &q, &b);
+    } else {
+        for body in 0..bodies {
+            let path: Vec<_> = tree.path(body).into_iter().map(|i| q[i]).collect();
+            scene.list_kinetic_energy(&format!("T of {body}"), Body, &path, &b);
+        }
+    }
+    scene.list_potential_energy("V", Springs, &q, &[5.0.into()]);
+    scene.list_cost("h", Chain { branches: false }, Sum::Integral, &q, &[], &[scene.control("u")], &[1.0.into()]);
+    scene.compile()
+}
+
+#[test]
+fn a_tree_of_bodies_as_one_energy_is_the_sum_of_its_bodies() -> Result<(), Error> {
+    let [one, many] = [true, false].map(|is_one| gradient_of(&tree(30, is_one).expect("a scene")));
+    let (one, many) = (one?, many?);
+    assert!((one.value - many.value).abs() < 1e-11 * one.value, "{} {}", one.value, many.value);
+    assert!((&one.design - &many.design).norm() < 1e-9 * one.design.norm(), "{} {}", one.design, many.design);
+    Ok(())
+}
