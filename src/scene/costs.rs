@@ -7,7 +7,7 @@ use super::ready::{Added, ReadyCost};
 use crate::Scalar;
 use crate::model::element::{Cost, CostPoint, ListCost, Sum};
 use crate::model::{Control, Coordinate, Multiplier, Output, Param};
-use crate::system::{CostShape, Fixed, PlacedCost};
+use crate::system::{Connections, Fixed, PlacedCost};
 
 /// The outputs of a coordinate at the end of a motion ([`Scene::end_state`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -241,12 +241,12 @@ impl Scene {
         if !known {
             return;
         }
-        let [q, sigma, u] = [
-            q.iter().map(|q| q.index()).collect::<Vec<usize>>(),
-            sigma.iter().map(|s| s.index()).collect(),
-            u.iter().map(|u| u.index()).collect(),
-        ];
-        let shape = CostShape::new(&q, &sigma, &u);
-        self.parts.costs.push(PlacedCost::new((name, output), (cost, sum), shape, b.to_vec()));
+        let to = Connections {
+            q: q.iter().map(|q| q.index()).collect(),
+            sigma: sigma.iter().map(|s| s.index()).collect(),
+            u: u.iter().map(|u| u.index()).collect(),
+            b: b.to_vec(),
+        };
+        self.parts.costs.push(PlacedCost::new((name, output), (cost, sum), to));
     }
 }

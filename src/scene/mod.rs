@@ -20,7 +20,9 @@ use crate::model::element::{Constraint, Force, KineticEnergy, ParameterFormula, 
 use crate::model::{Control, Coordinate, Design, Drawn, Frame, Multiplier, Param, Point, SceneTag, Shape};
 use crate::number::guarded;
 use crate::program::{Obstacle, Symbol, record};
-use crate::system::{AnyElement, Applied, Fixed, Holonomic, Kinetic, Parts, PlacedElement, Potential, Required, Restricted};
+use crate::system::{
+    AnyElement, Applied, Connections, Fixed, Holonomic, Kinetic, Parts, PlacedElement, Potential, Required, Restricted,
+};
 use crate::{Error, System};
 pub use costs::EndState;
 use ready::{Added, Recipe};
@@ -301,17 +303,13 @@ impl Scene {
         if !known || !self.check_distinct(name, q) || q.len() + sigma.len() == 0 {
             return;
         }
-        let item = PlacedElement {
-            name: name.to_string(),
-            formula,
+        let to = Connections {
             q: q.iter().map(|q| q.index()).collect(),
             sigma: sigma.collect(),
             u: u.iter().map(|u| u.index()).collect(),
             b: b.to_vec(),
-            timed: true,
-            is_recorded: false,
         };
-        self.parts.push((of, there), item);
+        self.parts.push((of, there), PlacedElement::new(name, formula, to));
     }
 
     /// Adds the equations of a constraint.

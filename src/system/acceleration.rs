@@ -47,7 +47,7 @@ impl AccelerationEquations {
             let AccelerationKernels { right, components, rows, of } = kernels;
             let sum = |element: &Element, of| place(&layout, element, of);
             all.right.extend(ElementPrograms::new(&layout, alike, (right, &components), sum));
-            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), Argument::of));
+            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), |element, slot| element.to.argument(slot)));
         }
         all
     }
@@ -78,7 +78,7 @@ impl AccelerationEquations {
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
         layout.load_accelerations(at, point);
         for programs in all {
-            programs.run(point, |(argument, factor), value| argument.add(rows, factor * value));
+            programs.run(point, |(argument, factor), value| rows.add(*argument, factor * value));
         }
         dual.iter().for_each(|&place| system.item(place).pull_back_acceleration(at, with, rows));
     }
@@ -87,8 +87,8 @@ impl AccelerationEquations {
 /// The sum to which a component of an element's f or g is added: n momenta, then m equations.
 fn place(layout: &Layout, element: &Element, of: Component) -> usize {
     match of {
-        Component::Momentum(i) | Component::Force(i) => element.q[i],
-        Component::Equation(j) => layout.n + element.sigma[j],
+        Component::Momentum(i) | Component::Force(i) => element.to.q[i],
+        Component::Equation(j) => layout.n + element.to.sigma[j],
     }
 }
 
@@ -129,7 +129,7 @@ impl AccelerationSecondOrder {
             };
             let sum = |element: &Element, of| place(&layout, element, of);
             all.tangents.extend(ElementPrograms::new(&layout, alike, (changes, &components), sum));
-            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), Argument::of));
+            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), |element, slot| element.to.argument(slot)));
         }
         all
     }
@@ -178,7 +178,7 @@ impl AccelerationSecondOrder {
         layout.load_direction_beside_accelerations(along, point);
         layout.load_accelerations(at, point);
         for programs in all {
-            programs.run(point, |(argument, factor), value| argument.add(rows, factor * value));
+            programs.run(point, |(argument, factor), value| rows.add(*argument, factor * value));
         }
         branching.iter_mut().try_for_each(|branches| {
             let element = &elements[branches.element];

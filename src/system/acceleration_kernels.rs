@@ -11,8 +11,7 @@ use super::derivatives::{Derivatives, components, sum_of_products, without_zeros
 use super::formula::{Component, Formula};
 use super::jet::ElementKind;
 use super::second_order_kernels::{constants, moving};
-use super::shape::Shape;
-use super::typed::Slot;
+use super::shape::{Shape, Slot};
 use crate::program::{Graph, Kernel, Node, Template};
 
 /// Programs of one formula for f and g and for the derivatives of c·f + e·g.
@@ -91,7 +90,7 @@ fn slopes(graph: &mut Graph, derivatives: &Derivatives, bound: &[bool]) -> (Vec<
     let state = (0..shape.n).map(Slot::Q).chain((0..shape.n).map(Slot::V));
     let constants = (0..shape.p).filter(|&p| bound[p]).map(Slot::B);
     let of: Vec<Slot> = state.chain((0..shape.k).map(Slot::U)).chain(constants).chain([Slot::T]).collect();
-    let arguments: Vec<Node> = of.iter().map(|slot| derivatives.argument(graph, *slot)).collect();
+    let arguments: Vec<Node> = of.iter().map(|slot| derivatives.shape.node(graph, *slot)).collect();
     (of, graph.reverse(&weighted, &arguments))
 }
 

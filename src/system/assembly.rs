@@ -90,7 +90,7 @@ impl Assembly {
                 assembly.bending_groups.push(BendingGroup { elements, along });
             }
             if !kernels.inputs_of.is_empty() {
-                let of = kernels.inputs_of.iter().flat_map(|slot| own.iter().map(|element| Argument::of(element, *slot)));
+                let of = kernels.inputs_of.iter().flat_map(|slot| own.iter().map(|element| element.to.argument(*slot)));
                 let (of, inputs) = (of.collect(), alike.lanes(&layout, kernels.inputs.clone()));
                 assembly.input_groups.push(InputGroup { elements: alike.numbers.clone(), inputs, of });
             }

@@ -159,15 +159,14 @@ impl Batch {
 
     /// Replaces the parameters of all elements by means of `resolve`.
     pub fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
-        self.items.iter_mut().flat_map(|item| &mut item.b).for_each(|b| *b = resolve(*b));
+        self.items.iter_mut().flat_map(|item| &mut item.to.b).for_each(|b| *b = resolve(*b));
     }
 
     /// Records the formulas of all elements; `at` provides the values for formulas that branch on them.
     pub fn prepare(&mut self, at: &NodeView<f64>, into: &mut Recordings) {
         for (place, item) in self.items.iter_mut().enumerate() {
             let formula = into.add(item, (into.batch, place), at);
-            item.timed = formula.timed;
-            item.is_recorded = formula.kernels.is_some();
+            item.depends = formula.kernels.as_ref().map(|kernels| item.depends(&kernels.template));
         }
         into.batch += 1;
     }

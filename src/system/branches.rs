@@ -59,7 +59,7 @@ impl Branches {
         let branch = self.branch(element, template);
         let values = branch.graph.evaluate(&parameters, &arguments);
         for (&(argument, factor), node) in branch.of.iter().zip(&branch.changes) {
-            argument.add(rows, factor * values[node.index()]);
+            rows.add(argument, factor * values[node.index()]);
         }
         Ok(())
     }
@@ -71,7 +71,7 @@ impl Branches {
                 self.known.remove(0);
             }
             let (graph, of, changes) = changes_along(element.kind(), element.formula.shape, &template, &self.bound);
-            let of = of.into_iter().map(|slot| Argument::of(element, slot)).collect();
+            let of = of.into_iter().map(|slot| element.to.argument(slot)).collect();
             self.known.push(Branch { template, graph, changes, of });
             self.known.len() - 1
         });

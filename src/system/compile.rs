@@ -169,7 +169,7 @@ pub(super) fn check_positive(positive: &[Required], design: &[f64]) -> Result<()
 fn check_inertia(elements: &[Element], names: &Names, n: usize) -> Result<(), Error> {
     let mut heavy = vec![false; n];
     let kinetic = elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
-    kinetic.flat_map(|element| &element.q).for_each(|&i| heavy[i] = true);
+    kinetic.flat_map(|element| &element.to.q).for_each(|&i| heavy[i] = true);
     match heavy.iter().position(|heavy| !heavy) {
         Some(i) => Err(Error::MissingInertia { coordinate: names.coordinates[i].clone() }),
         None => Ok(()),

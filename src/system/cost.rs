@@ -3,7 +3,6 @@
 use super::argument::Argument;
 use super::cost_factors::CostFactors;
 use super::cost_formula::CostMemory;
-use super::cost_shape::Of;
 use crate::number::all_finite;
 
 /// The cost at one node and its derivatives J_q, J_v, J_p*, J_ṗ*, J_v̇, J_σ, J_λ, J_u, J_u̇, J_b, J_t.
@@ -100,8 +99,12 @@ impl CostRows {
     /// Memory for the programs, and the derivatives as lists that can be added to.
     pub fn memory_and_slopes(&mut self) -> (&mut CostMemory, Slopes<'_>) {
         let CostRows { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design, time, memory, .. } = self;
-        let lists: [&mut [f64]; 10] = [q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, std::slice::from_mut(time)];
-        (memory, Slopes { lists, design })
+        (memory, Slopes { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, design, time })
+    }
+
+    /// Adds a derivative with respect to an argument.
+    pub fn add(&mut self, argument: Argument, x: f64) {
+        *self.memory_and_slopes().1.of(argument) += x;
     }
 
     /// Clears the derivatives with respect to u̇, v̇ and λ after they have been propagated to other variables.
@@ -119,17 +122,35 @@ impl CostRows {
 
 /// The derivatives of a cost, to be added to.
 pub struct Slopes<'a> {
-    lists: [&'a mut [f64]; 10],
-    pub design: &'a mut [f64],
+    q: &'a mut [f64],
+    v: &'a mut [f64],
+    p_star: &'a mut [f64],
+    p_star_dot: &'a mut [f64],
+    v_dot: &'a mut [f64],
+    sigma: &'a mut [f64],
+    lambda: &'a mut [f64],
+    u: &'a mut [f64],
+    u_dot: &'a mut [f64],
+    design: &'a mut [f64],
+    time: &'a mut f64,
 }
 
 impl Slopes<'_> {
+    /// The derivative with respect to an argument.
     #[inline]
-    pub fn add(&mut self, (of, place): (Of, usize), x: f64) {
-        self.lists[of as usize][place] += x;
-    }
-
-    pub fn clear(&mut self, (of, place): (Of, usize)) {
-        self.lists[of as usize][place] = 0.0;
+    pub fn of(&mut self, argument: Argument) -> &mut f64 {
+        match argument {
+            Argument::Coordinate(i) => &mut self.q[i],
+            Argument::Velocity(i) => &mut self.v[i],
+            Argument::Momentum(i) => &mut self.p_star[i],
+            Argument::Force(i) => &mut self.p_star_dot[i],
+            Argument::Acceleration(i) => &mut self.v_dot[i],
+            Argument::Reaction(j) => &mut self.lambda[j],
+            Argument::Multiplier(j) => &mut self.sigma[j],
+            Argument::Control(k) => &mut self.u[k],
+            Argument::ControlRate(k) => &mut self.u_dot[k],
+            Argument::Design(p) => &mut self.design[p],
+            Argument::Time => self.time,
+        }
     }
 }

@@ -1,22 +1,8 @@
 //! [`CostFormula`]: a recorded cost and the program for its value and gradient.
 
 use super::derivatives::without_zeros;
+use super::shape::{Place, Shape, Slot};
 use crate::program::{Graph, Kernel, Node, Obstacle, Template};
-
-/// The variable of a partial derivative of a cost: one of its arguments or one of its constants.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Partial {
-    Argument(usize),
-    Constant(usize),
-}
-
-impl Partial {
-    /// All arguments on which a cost depends, and all bound constants.
-    pub(super) fn all(depends: &[bool], bound: &[bool]) -> Vec<Partial> {
-        let arguments = (0..depends.len()).filter(|&i| depends[i]).map(Partial::Argument);
-        arguments.chain((0..bound.len()).filter(|&p| bound[p]).map(Partial::Constant)).collect()
-    }
-}
 
 /// The program of a cost.
 #[derive(Clone, Debug)]
@@ -25,8 +11,10 @@ pub struct CostFormula {
     /// The numbers in the formula.
     numbers: Vec<f64>,
     kernel: Kernel,
-    /// The partial derivatives that the results after the first one (the value) represent.
-    partials: Vec<Partial>,
+    /// The arguments of the program.
+    inputs: Vec<Slot>,
+    /// The variables of the partial derivatives, which are the results after the first one (the value).
+    pub partials: Vec<Slot>,
     quadratic: Option<Quadratic>,
     /// The first index of this cost's part of `CostMemory::fixed`: the quadratic form, if any, and the results of the prelude.
     offset: usize,
@@ -70,21 +58,22 @@ pub struct CostMemory {
 }
 
 impl CostFormula {
-    /// Compiles a recorded cost with the given number of arguments; `bound` marks the constants that are design variables.
+    /// Compiles a recorded cost with derivatives with respect to these variables.
     pub fn new(
         (template, numbers): (Template, Vec<f64>),
-        arguments: usize,
-        bound: &[bool],
+        shape: Shape,
+        variables: Vec<Slot>,
         offset: usize,
     ) -> Result<Self, Obstacle> {
         let (mut graph, values) = template.graph();
-        let depends = template.depends(arguments);
-        let (partials, slopes) = gradient(&mut graph, values[0], Partial::all(&depends, bound));
+        let (partials, slopes) = gradient(&mut graph, shape, values[0], variables);
         let results = [&values[..1], &slopes].concat();
         let kernel = Kernel::new(&mut graph, template.parameters, &results).ok_or(Obstacle::IsTooLong)?;
         let is_worth_it = partials.len() >= FEW && partials.len().pow(2) <= ENTRIES * kernel.main().len();
-        let quadratic = is_worth_it.then(|| quadratic(&mut graph, &partials, &results, template.parameters)).flatten();
-        Ok(CostFormula { template, numbers, kernel, partials, quadratic, offset })
+        let quadratic =
+            is_worth_it.then(|| quadratic(&mut graph, (shape, &partials), &results, template.parameters)).flatten();
+        let inputs = kernel.inputs().iter().map(|&which| plain(shape, which)).collect();
+        Ok(CostFormula { template, numbers, kernel, inputs, partials, quadratic, offset })
     }
 
     /// The first index that the next cost may use.
@@ -124,16 +113,14 @@ impl CostFormula {
         &self,
         may_cancel: bool,
         memory: &mut CostMemory,
-        argument: impl Fn(usize) -> f64,
-        mut put: impl FnMut(Partial, f64),
+        read: impl Fn(Slot) -> f64,
+        mut put: impl FnMut(usize, f64),
     ) -> Option<f64> {
         let (n, CostMemory { fixed, x, product, sizes, .. }) = (self.partials.len(), memory);
         let (matrix, at_zero) = fixed[self.offset..self.first_of_prelude()].split_at(n * n);
         let (constant, gradient) = (at_zero[0], &at_zero[1..]);
         let (x, product, sizes) = (&mut x[..n], &mut product[..n], &mut sizes[..n]);
-        for (x, of) in x.iter_mut().zip(&self.partials) {
-            *x = if let Partial::Argument(which) = of { argument(*which) } else { 0.0 };
-        }
+        x.iter_mut().zip(&self.partials).for_each(|(x, of)| *x = read(*of));
         multiply(matrix, x, product, |h, x| h * x);
         let value = x.iter().zip(gradient).zip(&*product).fold(constant, |value, ((x, g), y)| value + x * (g + 0.5 * y));
         product.iter_mut().zip(gradient).for_each(|(y, g)| *y += g);
@@ -148,30 +135,25 @@ impl CostFormula {
                 return None;
             }
         }
-        self.partials.iter().zip(&*product).for_each(|(of, slope)| put(*of, *slope));
+        product.iter().enumerate().for_each(|(k, slope)| put(k, *slope));
         Some(value)
     }
 
     /// Returns the value, and passes each partial derivative to `put`.
-    pub fn evaluate(
-        &self,
-        memory: &mut CostMemory,
-        argument: impl Fn(usize) -> f64,
-        mut put: impl FnMut(Partial, f64),
-    ) -> f64 {
+    pub fn evaluate(&self, memory: &mut CostMemory, read: impl Fn(Slot) -> f64, mut put: impl FnMut(usize, f64)) -> f64 {
         if let Some(form) = &self.quadratic
-            && let Some(value) = self.evaluate_quadratic(form.may_cancel, memory, &argument, &mut put)
+            && let Some(value) = self.evaluate_quadratic(form.may_cancel, memory, &read, &mut put)
         {
             return value;
         }
         let CostMemory { fixed, registers, .. } = memory;
         let fixed = &fixed[self.first_of_prelude()..self.end()];
-        let given = self.kernel.inputs().iter().map(|&which| argument(which)).chain(fixed.iter().copied());
+        let given = self.inputs.iter().map(|slot| read(*slot)).chain(fixed.iter().copied());
         registers.iter_mut().zip(given).for_each(|(register, x)| *register = [x]);
         self.kernel.main().run(registers);
         let mut results = self.kernel.main().results().map(|register| registers[register][0]);
         let value = results.next().unwrap_or(0.0);
-        self.partials.iter().zip(results).for_each(|(of, slope)| put(*of, slope));
+        results.enumerate().for_each(|(k, slope)| put(k, slope));
         value
     }
 }
@@ -185,12 +167,19 @@ fn multiply(columns: &[f64], x: &[f64], into: &mut [f64], product: impl Fn(f64, 
 }
 
 /// The quadratic form of a cost if it is a polynomial of degree two in arguments alone; derived from its value and slopes.
-fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], parameters: usize) -> Option<Quadratic> {
+fn quadratic(
+    graph: &mut Graph,
+    (shape, partials): (Shape, &[Slot]),
+    results: &[Node],
+    parameters: usize,
+) -> Option<Quadratic> {
     let one = graph.constant(1.0);
     let mut second = Vec::new();
-    for of in partials {
-        let Partial::Argument(which) = of else { return None };
-        let x = graph.input(*which);
+    for slot in partials {
+        if matches!(slot, Slot::B(_)) {
+            return None;
+        }
+        let x = shape.node(graph, *slot);
         second.extend(graph.forward(&results[1..], &[(x, one)]));
     }
     let is_quadratic = !second.is_empty() && second.iter().all(|node| graph.is_fixed(*node));
@@ -202,15 +191,17 @@ fn quadratic(graph: &mut Graph, partials: &[Partial], results: &[Node], paramete
 }
 
 /// The partial derivatives of a node that do not vanish.
-pub(super) fn gradient(graph: &mut Graph, value: Node, of: Vec<Partial>) -> (Vec<Partial>, Vec<Node>) {
+pub(super) fn gradient(graph: &mut Graph, shape: Shape, value: Node, of: Vec<Slot>) -> (Vec<Slot>, Vec<Node>) {
     let one = graph.constant(1.0);
-    let arguments: Vec<Node> = of
-        .iter()
-        .map(|of| match of {
-            Partial::Argument(which) => graph.input(*which),
-            Partial::Constant(p) => graph.parameter(*p),
-        })
-        .collect();
+    let arguments: Vec<Node> = of.iter().map(|slot| shape.node(graph, *slot)).collect();
     let slopes = graph.reverse(&[(value, one)], &arguments);
     without_zeros(graph, of.into_iter().zip(slopes))
+}
+
+/// The argument of the formula with this number.
+pub(super) fn plain(shape: Shape, which: usize) -> Slot {
+    match shape.place(which) {
+        Place::Of(slot) => slot,
+        _ => Slot::T,
+    }
 }

@@ -1,10 +1,11 @@
 //! [`Terms`]: the terms that J and the outputs are sums of, how each is summed, and which quantities of a node it needs.
 
 use super::System;
+use super::connections::Connections;
 use super::cost_factors::CostFactors;
-use super::cost_shape::{CostShape, Of};
 use super::costs::Costs;
 use super::plain::add_costs;
+use super::shape::Slot;
 use super::view::NodeView;
 use super::weights::Weights;
 use crate::model::element::Sum;
@@ -21,7 +22,7 @@ pub struct Term<'a> {
     pub has_program: bool,
     /// The reason why the cost has no program, unless programs were disabled.
     pub obstacle: Option<Obstacle>,
-    pub shape: &'a CostShape,
+    pub to: &'a Connections,
 }
 
 /// Properties of all costs together.
@@ -81,12 +82,12 @@ impl CostUse {
     }
 
     /// The quantities needed by a cost that depends on these arguments.
-    pub fn of(arguments: impl Iterator<Item = Of>) -> Self {
+    pub fn of(arguments: impl Iterator<Item = Slot>) -> Self {
         arguments.fold(CostUse::NONE, |uses, of| match of {
-            Of::VDot | Of::Lambda => CostUse { accelerations: Depends::Always, ..uses },
-            Of::UDot => CostUse { control_rates: Depends::Always, ..uses },
-            Of::Time => CostUse { time: Depends::Always, ..uses },
-            Of::Sigma | Of::PStar | Of::PStarDot => CostUse { multipliers: Depends::Always, ..uses },
+            Slot::VDot(_) | Slot::Lambda(_) => CostUse { accelerations: Depends::Always, ..uses },
+            Slot::UDot(_) => CostUse { control_rates: Depends::Always, ..uses },
+            Slot::T => CostUse { time: Depends::Always, ..uses },
+            Slot::Sigma(_) | Slot::PStar(_) | Slot::PStarDot(_) => CostUse { multipliers: Depends::Always, ..uses },
             _ => uses,
         })
     }
@@ -132,8 +133,7 @@ impl System {
 
     /// The names of the costs that may read multipliers of these equations, and the equations whose multipliers they read.
     pub(crate) fn costs_of_multipliers(&self, equations: &[usize]) -> (Vec<&str>, Vec<usize>) {
-        let reads =
-            |term: &Term, j: usize| term.uses.multipliers > Depends::Never && term.shape.places.contains(&(Of::Sigma, j));
+        let reads = |term: &Term, j: usize| term.uses.multipliers > Depends::Never && term.to.sigma.contains(&j);
         let is_one = |term: &Term| equations.iter().any(|&j| reads(term, j));
         let costs = self.costs.terms().filter(is_one).map(|term| term.name).collect();
         let read = |j: &usize| self.costs.terms().any(|term| reads(&term, *j));

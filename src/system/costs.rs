@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::cost::CostRows;
 use super::cost_factors::CostFactors;
-use super::cost_formula::{CostFormula, CostMemory};
+use super::cost_formula::CostMemory;
 use super::cost_second_order::CostSecondOrder;
 use super::cost_terms::{CostUse, Term};
 use super::locate_nonfinite::Suspect;
@@ -61,32 +61,21 @@ impl Costs {
 
     /// Replaces the parameters of all costs by means of `resolve`.
     pub fn resolve(&mut self, resolve: &mut dyn FnMut(Param) -> Param) {
-        self.items.iter_mut().flat_map(|item| &mut item.b).for_each(|b| *b = resolve(*b));
+        self.items.iter_mut().flat_map(|item| &mut item.of.to.b).for_each(|b| *b = resolve(*b));
     }
 
     /// Sorts and records all costs, and compiles their programs unless programs are disabled.
     pub fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool) {
         self.arrange();
-        let mut fixed = 0;
-        for item in &mut self.items {
-            let recorded = item.record(at);
-            item.depends = recorded.as_ref().ok().map(|(template, _)| template.depends(item.shape.len()));
-            (item.uses, item.obstacle) = (item.find_uses(), recorded.as_ref().err().copied());
-            if !without_programs {
-                let bound = Param::which_are_bound(&item.b);
-                let formula = recorded.and_then(|recorded| CostFormula::new(recorded, item.shape.len(), &bound, fixed));
-                (item.obstacle, item.formula) = (formula.as_ref().err().copied(), formula.ok());
-                fixed = item.formula.as_ref().map_or(fixed, CostFormula::end);
-            }
-        }
+        self.items.iter_mut().fold(0, |offset, item| item.prepare(at, without_programs, offset));
     }
 
     /// Sets the design variables and, if formulas have `changed`, records them again. Returns whether the programs of all costs still apply.
     pub fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> bool {
         let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
         let broken = programs.filter(|(item, formula)| {
-            let now = changed.then(|| item.record(at).ok()).flatten();
-            let constants: Vec<f64> = item.b.iter().map(|b| b.value(at.design)).collect();
+            let now = changed.then(|| item.of.record(at).ok()).flatten();
+            let constants: Vec<f64> = item.of.to.constants(at.design).collect();
             changed && now.is_none() || !formula.fix(&constants, now.as_ref(), memory)
         });
         // Visits all costs, even after one whose program fails, so that the others receive their constants.
@@ -95,15 +84,14 @@ impl Costs {
 
     /// Adds the formulas of all recorded costs to a fingerprint.
     pub fn fingerprint(&self, sum: &mut Fingerprint) {
-        self.items.iter().for_each(|item| item.fingerprint(sum));
+        self.items.iter().for_each(|item| item.of.fingerprint(sum));
     }
 
     /// The first cost that depends on other arguments now than when it was compiled.
     pub fn find_changed(&self, at: &NodeView<f64>) -> Option<&str> {
-        let recorded = self.items.iter().filter_map(|item| Some((item, item.depends.as_ref()?)));
-        let depends = |item: &PlacedCost| item.record(at).map(|(template, _)| template.depends(item.shape.len()));
-        let mut changed = recorded.filter(|(item, known)| depends(item).as_ref() != Ok(*known));
-        changed.next().map(|(item, _)| item.name.as_str())
+        let depends = |item: &PlacedCost| item.of.record(at).map(|(template, _)| item.of.depends(&template)).ok();
+        let mut changed = self.items.iter().filter(|item| item.of.depends.is_some() && depends(item) != item.of.depends);
+        changed.next().map(|item| item.of.name.as_str())
     }
 
     /// Descriptions of all costs, without their formulas.
@@ -125,18 +113,13 @@ impl Costs {
 
     /// The programs for second derivatives of all costs that can be recorded.
     pub fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
-        let of = |item: &PlacedCost| {
-            item.formula.as_ref()?;
-            let bound = Param::which_are_bound(&item.b);
-            CostSecondOrder::new(item.record(at).ok()?, item.shape.len(), &bound)
-        };
-        self.items.iter().map(of).collect()
+        self.items.iter().map(|item| item.second_order(at)).collect()
     }
 
     /// Sets the design variables in these programs.
     pub fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]) {
         for (item, program) in self.items.iter().zip(programs) {
-            program.iter_mut().for_each(|program| program.fix(item.b.iter().map(|b| b.value(design))));
+            program.iter_mut().for_each(|program| program.fix(item.of.to.constants(design)));
         }
     }
 
@@ -160,7 +143,7 @@ impl Costs {
             item.clear_others(at, rows);
             !rows.is_finite()
         })?;
-        Some(Suspect { element: &item.name, arguments: item.to_blame(at).unwrap_or_else(|| rows.bad_arguments()) })
+        Some(Suspect { element: &item.of.name, arguments: item.to_blame(at).unwrap_or_else(|| rows.bad_arguments()) })
     }
 
     /// The first cost whose derivatives along a direction are not finite; `rows` is overwritten.
@@ -171,7 +154,7 @@ impl Costs {
         weights: &Weights<Dual64>,
         rows: &mut CostRows,
     ) -> Option<Suspect<'_>> {
-        let costs = self.items.iter().zip(programs).map(|(item, program)| (item.name.as_str(), (item, program)));
+        let costs = self.items.iter().zip(programs).map(|(item, program)| (item.of.name.as_str(), (item, program)));
         Suspect::first(costs, rows, |(item, program), rows| {
             item.gradient_along(program, at, weights, rows);
             item.clear_others(at.0, rows);
@@ -191,7 +174,7 @@ mod tests {
     use super::*;
     use crate::Scalar;
     use crate::model::element::{ListCost, ListPoint};
-    use crate::system::CostShape;
+    use crate::system::Connections;
 
     struct Nothing;
     impl ListCost for Nothing {
@@ -203,7 +186,7 @@ mod tests {
     fn arranged(sums: &[(Sum, usize)]) -> Costs {
         let mut costs = Costs::default();
         for &(sum, output) in sums {
-            costs.push(PlacedCost::new(("of a node", output), (Nothing, sum), CostShape::new(&[], &[], &[]), Vec::new()));
+            costs.push(PlacedCost::new(("of a node", output), (Nothing, sum), Connections::default()));
         }
         costs.arrange();
         costs

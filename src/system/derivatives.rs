@@ -4,8 +4,7 @@ use super::block::{Block, BlockEntry};
 use super::difference::{Differences, Pairs};
 use super::formula::Component;
 use super::jet::ElementKind;
-use super::shape::Shape;
-use super::typed::Slot;
+use super::shape::{Shape, Slot};
 use crate::program::{Graph, Node, Template};
 
 /// Contributions of a formula and their derivatives, as nodes of its graph.
@@ -203,18 +202,10 @@ impl Derivatives {
         let mut of: Vec<Slot> = controls.map(Slot::U).collect();
         of.extend((0..self.shape.p).filter(|&p| bound[p]).map(Slot::B));
         of.extend(timed.then_some(Slot::T));
-        let arguments: Vec<Node> = of.iter().map(|of| self.argument(graph, *of)).collect();
+        let arguments: Vec<Node> = of.iter().map(|of| self.shape.node(graph, *of)).collect();
         let sum = self.weighted(graph);
         let slopes = graph.reverse(&sum, &arguments);
         without_zeros(graph, of.into_iter().zip(slopes))
-    }
-
-    /// An argument of the formula as a node.
-    pub(super) fn argument(&self, graph: &mut Graph, slot: Slot) -> Node {
-        match slot {
-            Slot::B(p) => graph.parameter(p),
-            _ => graph.input(self.shape.number(slot)),
-        }
     }
 
     /// The components of 𝓛_v, 𝓛_q + Q and dΦ/dt, paired with c, d and e.

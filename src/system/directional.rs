@@ -4,7 +4,8 @@ use super::batch::{Covector, Pair, Sums};
 use super::cost::CostRows;
 use super::formula::Component;
 use super::item::PlacedElement;
-use super::typed::{OnNumbers, Slot};
+use super::shape::Slot;
+use super::typed::OnNumbers;
 use super::view::NodeView;
 use crate::number::{Hyper, hyper, hyper_parts};
 
@@ -19,18 +20,7 @@ enum Seed {
 impl PlacedElement {
     /// An argument and its derivative along a direction; components that the direction lacks count as zero.
     fn moving(&self, at: &NodeView<f64>, along: &NodeView<f64>, slot: Slot) -> [f64; 2] {
-        let of = |x: &[f64], rate: &[f64], i: usize| [x[i], rate.get(i).copied().unwrap_or(0.0)];
-        match slot {
-            Slot::Q(i) => of(at.q, along.q, self.q[i]),
-            Slot::V(i) => of(at.v, along.v, self.q[i]),
-            Slot::Sigma(j) => of(at.sigma, along.sigma, self.sigma[j]),
-            Slot::U(k) => of(at.u, along.u, self.u[k]),
-            Slot::T => [at.t, along.t],
-            Slot::B(p) => {
-                let rate = |(place, factor): (usize, f64)| along.design.get(place).map_or(0.0, |rate| factor * rate);
-                [self.b[p].value(at.design), self.b[p].bound().map_or(0.0, rate)]
-            }
-        }
+        [self.to.read(at, slot), self.to.rate(along, slot)]
     }
 
     /// Evaluates 𝓛_v, 𝓛_q + Q and dΦ/dt with derivatives along a direction and with respect to `seed`.
@@ -65,11 +55,11 @@ impl PlacedElement {
             self.first_along(at, Seed::Of(seed), &mut |of, parts| sum += parts[3] * self.weight(of, with));
             sum
         };
-        for (i, &coordinate) in self.q.iter().enumerate() {
+        for (i, &coordinate) in self.to.q.iter().enumerate() {
             rows.q[coordinate] += slope(Slot::Q(i));
             rows.v[coordinate] += slope(Slot::V(i));
         }
-        for (j, &equation) in self.sigma.iter().enumerate() {
+        for (j, &equation) in self.to.sigma.iter().enumerate() {
             rows.sigma[equation] += slope(Slot::Sigma(j));
         }
         self.pull_back_inputs_along(rows, &slope);
@@ -77,10 +67,10 @@ impl PlacedElement {
 
     /// Adds the derivatives with respect to controls, parameters and time; `slope` computes each of them.
     fn pull_back_inputs_along(&self, rows: &mut CostRows, slope: &dyn Fn(Slot) -> f64) {
-        for (k, &channel) in self.u.iter().enumerate() {
+        for (k, &channel) in self.to.u.iter().enumerate() {
             rows.u[channel] += slope(Slot::U(k));
         }
-        for (p, b) in self.b.iter().enumerate() {
+        for (p, b) in self.to.b.iter().enumerate() {
             if let Some((design, factor)) = b.bound() {
                 rows.design[design] += factor * slope(Slot::B(p));
             }
@@ -99,9 +89,9 @@ impl PlacedElement {
     /// Adds f and g for v̇ = 0 and λ = 0.
     pub fn add_acceleration(&self, at: &NodeView<f64>, right: &mut Pair) {
         let mut put = |of: Component, [value, _, rate, _]: [f64; 4]| match of {
-            Component::Momentum(i) => right.v[self.q[i]] -= rate,
-            Component::Force(i) => right.v[self.q[i]] += value,
-            Component::Equation(j) => right.sigma[self.sigma[j]] -= rate,
+            Component::Momentum(i) => right.v[self.to.q[i]] -= rate,
+            Component::Force(i) => right.v[self.to.q[i]] += value,
+            Component::Equation(j) => right.sigma[self.to.sigma[j]] -= rate,
         };
         self.first_along((at, &motion(at, (&[], &[]))), Seed::None, &mut put);
     }
@@ -112,12 +102,12 @@ impl PlacedElement {
         let read = |slot: Slot| {
             let [[value, change], [_, rate]] = [&fixed, &motion].map(|direction| self.moving(at, direction, slot));
             // The rate of a coordinate is its velocity, which also changes along the direction.
-            hyper(value, change, rate, if let Slot::Q(i) = slot { along.v[self.q[i]] } else { 0.0 })
+            hyper(value, change, rate, if let Slot::Q(i) = slot { along.v[self.to.q[i]] } else { 0.0 })
         };
         OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| match (of, hyper_parts(&x)) {
-            (Component::Momentum(i), [.., rate]) => changes.v[self.q[i]] -= rate,
-            (Component::Force(i), [_, change, ..]) => changes.v[self.q[i]] += change,
-            (Component::Equation(j), [.., rate]) => changes.sigma[self.sigma[j]] -= rate,
+            (Component::Momentum(i), [.., rate]) => changes.v[self.to.q[i]] -= rate,
+            (Component::Force(i), [_, change, ..]) => changes.v[self.to.q[i]] += change,
+            (Component::Equation(j), [.., rate]) => changes.sigma[self.to.sigma[j]] -= rate,
         });
     }
 
@@ -126,14 +116,14 @@ impl PlacedElement {
         let slope = |seed: Seed| {
             let mut sum = 0.0;
             let mut put = |of: Component, [_, slope, _, rate]: [f64; 4]| match of {
-                Component::Momentum(i) => sum -= with.v[self.q[i]] * rate,
-                Component::Force(i) => sum += with.v[self.q[i]] * slope,
-                Component::Equation(j) => sum -= with.sigma[self.sigma[j]] * rate,
+                Component::Momentum(i) => sum -= with.v[self.to.q[i]] * rate,
+                Component::Force(i) => sum += with.v[self.to.q[i]] * slope,
+                Component::Equation(j) => sum -= with.sigma[self.to.sigma[j]] * rate,
             };
             self.first_along((at, &motion(at, (at.v_dot, at.lambda))), seed, &mut put);
             sum
         };
-        for (i, &coordinate) in self.q.iter().enumerate() {
+        for (i, &coordinate) in self.to.q.iter().enumerate() {
             rows.q[coordinate] += slope(Seed::Of(Slot::Q(i)));
             // A velocity is also the rate of its coordinate.
             rows.v[coordinate] += slope(Seed::Rate(i));

@@ -6,14 +6,14 @@ use std::sync::Arc;
 
 use super::assembly::Assembly;
 use super::block::{Block, BlockEntry};
+use super::connections::Connections;
 use super::constants::{Constants, Entry};
 use super::formula::Formula;
 use super::item::PlacedElement;
 use super::jet::ElementKind;
-use super::shape::{Place, Shape};
+use super::shape::{Place, Shape, Slot};
 use super::sinusoidal_constraints::SinusoidalTerm;
 use super::view::NodeView;
-use crate::model::Param;
 use crate::number::guarded;
 use crate::program::{Obstacle, Template};
 
@@ -23,10 +23,7 @@ pub struct Element {
     pub name: String,
     /// The batch of the element, and its index in the batch.
     pub place: (usize, usize),
-    pub q: Vec<usize>,
-    pub sigma: Vec<usize>,
-    pub u: Vec<usize>,
-    pub b: Vec<Param>,
+    pub to: Connections,
     pub formula: Arc<Formula>,
     /// The numbers in the formula that may differ between elements of one formula.
     pub numbers: Vec<f64>,
@@ -53,8 +50,8 @@ impl Recordings {
 
     /// Records an element.
     pub fn add(&mut self, item: &PlacedElement, place: (usize, usize), at: &NodeView<f64>) -> Arc<Formula> {
-        let (kind, shape) = (item.formula.kind(), item.formula.shape());
-        let (formula, numbers) = self.formula(kind, shape, &item.b, || item.record(at));
+        let (kind, shape) = (item.formula.kind(), item.shape);
+        let (formula, numbers) = self.formula((kind, shape), item.to.bound(), || item.record(at));
         let element = item.element(place, formula.clone(), numbers);
         debug_assert!(
             Arc::strong_count(&formula) > 3 || guarded(|| item.agrees(&element, at)) != Some(false),
@@ -68,14 +65,13 @@ impl Recordings {
     /// The compiled formula of a recording, and the numbers in it.
     pub fn formula(
         &mut self,
-        kind: ElementKind,
-        shape: Shape,
-        b: &[Param],
+        (kind, shape): (ElementKind, Shape),
+        bound: Vec<bool>,
         record: impl FnOnce() -> Result<(Template, Vec<f64>), Obstacle>,
     ) -> (Arc<Formula>, Vec<f64>) {
         match record() {
             Ok((template, numbers)) if !self.without_programs => {
-                let formula = self.known.entry((kind, shape, Param::which_are_bound(b), template));
+                let formula = self.known.entry((kind, shape, bound, template));
                 let formula = formula.or_insert_with_key(|(_, _, bound, template)| {
                     Arc::new(Formula::new(kind, shape, template.clone(), bound))
                 });
@@ -110,8 +106,8 @@ impl Element {
 
     /// Row and column of an entry in the scene's numbering; rows of constraints are numbered among the equations.
     pub fn row_and_col(&self, entry: &BlockEntry) -> [usize; 2] {
-        let row = if entry.block.has_equations() { self.sigma[entry.row] } else { self.q[entry.row] };
-        [row, self.q[entry.col]]
+        let row = if entry.block.has_equations() { self.to.sigma[entry.row] } else { self.to.q[entry.row] };
+        [row, self.to.q[entry.col]]
     }
 
     /// The unknowns (n velocities, then multipliers) of the row and the column of an entry.
@@ -122,12 +118,12 @@ impl Element {
 
     /// The values of the constants, followed by the numbers in the formula.
     pub fn parameters(&self, design: &[f64]) -> Vec<f64> {
-        self.b.iter().map(|b| b.value(design)).chain(self.numbers.iter().copied()).collect()
+        self.to.constants(design).chain(self.numbers.iter().copied()).collect()
     }
 
     /// [`parameters`](Self::parameters), followed by the factor of each constant (its ratio to the parameter it is bound to).
     pub fn with_factors(&self, design: &[f64]) -> Vec<f64> {
-        let factors = self.b.iter().map(|b| b.bound().map_or(0.0, |(_, factor)| factor));
+        let factors = self.to.b.iter().map(|b| b.bound().map_or(0.0, |(_, factor)| factor));
         self.parameters(design).into_iter().chain(factors).collect()
     }
 
@@ -140,10 +136,10 @@ impl Element {
         }
         if self.formula.constant && self.kind() != ElementKind::Holonomic {
             let values = kernels.at_zero.evaluate(parameters, none);
-            let n = self.q.len();
-            into.add_first(&self.q, &values[..n], &values[n..2 * n]);
+            let n = self.to.q.len();
+            into.add_first(&self.to.q, &values[..n], &values[n..2 * n]);
             for (k, value) in values[2 * n..].iter().enumerate() {
-                into.add_control(self.q[k / self.u.len()], self.u[k % self.u.len()], *value);
+                into.add_control(self.to.q[k / self.to.u.len()], self.to.u[k % self.to.u.len()], *value);
             }
         }
         if self.formula.sinusoidal {
@@ -155,7 +151,7 @@ impl Element {
     fn add_waves(&self, parameters: &[f64], into: &mut Constants) {
         let Some(kernels) = &self.formula.kernels else { return };
         let slopes = [0.0, FRAC_PI_2, 2.0 * FRAC_PI_2].map(|angle| {
-            let is_angle = |which| matches!(self.formula.shape.place(which), Place::Q(_));
+            let is_angle = |which| matches!(self.formula.shape.place(which), Place::Of(Slot::Q(_)));
             kernels.at_state(parameters, |which| if is_angle(which) { angle } else { 0.0 }).1
         });
         // Each of these slopes depends on one coordinate, so none is relative to another.

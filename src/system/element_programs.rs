@@ -6,7 +6,6 @@ use std::sync::Arc;
 use super::element::Element;
 use super::formula::Formula;
 use super::point::Layout;
-use crate::model::Param;
 use crate::program::{Kernel, Lanes};
 
 /// The elements with a common formula.
@@ -35,7 +34,7 @@ impl<'a> Alike<'a> {
 
     /// Whether each constant of the formula is bound to a design variable.
     pub(super) fn bound(&self) -> Vec<bool> {
-        Param::which_are_bound(&self.elements[0].b)
+        self.elements[0].to.bound()
     }
 
     /// The batch and the index in it, for each element.

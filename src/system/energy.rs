@@ -2,8 +2,8 @@
 
 use super::formula::Component;
 use super::jet::{ElementKind, Number};
-use super::shape::Shape;
-use super::typed::{AnyElement, OnNumbers, Read, Slot, Values, gradient, with_lists};
+use super::shape::{Shape, Slot};
+use super::typed::{AnyElement, OnNumbers, Read, Values, gradient, with_lists};
 use crate::Scalar;
 use crate::model::element::{ListKineticEnergy, ListPotentialEnergy};
 

@@ -13,8 +13,7 @@ use super::block::{Block, BlockEntry};
 use super::derivatives::Derivatives;
 use super::difference::RelativeEntry;
 use super::jet::ElementKind;
-use super::shape::Shape;
-use super::typed::Slot;
+use super::shape::{Shape, Slot};
 use crate::program::{Expression, Function, Graph, Kernel, Node, Obstacle, Template};
 
 /// A component of 𝓛_v, of 𝓛_q + Q or of dΦ/dt, numbered within the element.

@@ -94,9 +94,9 @@ fn joints(elements: &[Element], block_of: &[usize]) -> Vec<Joint> {
             // Coordinates on which Φ does not depend are not touched by the constraint.
             let varying = constraint.formula.varying.iter().flat_map(RelativeEntry::parts);
             let slopes = constraint.formula.fixed.iter().copied().chain(varying);
-            let touched = slopes.filter(|entry| entry.block == Block::PhiQ).map(|entry| constraint.q[entry.col]);
+            let touched = slopes.filter(|entry| entry.block == Block::PhiQ).map(|entry| constraint.to.q[entry.col]);
             let blocks: BTreeSet<usize> = touched.map(|i| block_of[i]).collect();
-            Joint { equations: constraint.sigma.clone(), blocks: blocks.into_iter().collect() }
+            Joint { equations: constraint.to.sigma.clone(), blocks: blocks.into_iter().collect() }
         })
         .collect();
     joints.sort_by_key(|joint| joint.equations.first().copied());

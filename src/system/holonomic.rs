@@ -12,8 +12,8 @@ use num_dual::{Derivative, DualSVec};
 
 use super::formula::Component;
 use super::jet::{ElementKind, Number};
-use super::shape::Shape;
-use super::typed::{AnyElement, OnNumbers, Read, SEEDS, Slot, Values, Wide, seeded, with_lists, with_memory};
+use super::shape::{Shape, Slot};
+use super::typed::{AnyElement, OnNumbers, Read, SEEDS, Values, Wide, seeded, with_lists, with_memory};
 use crate::Scalar;
 use crate::model::element::ListConstraint;
 

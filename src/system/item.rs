@@ -2,147 +2,71 @@
 
 use std::sync::Arc;
 
-use super::argument::{Argument, distinct, to_blame};
+use super::argument::{Argument, distinct};
 use super::batch::{Covector, InputRows, Sums};
+use super::connections::Connections;
 use super::constants::Entry;
 use super::element::Element;
 use super::formula::{Component, Formula};
 use super::jet::{ElementKind, Number};
-use super::shape::Place;
-use super::typed::{AnyElement, OnNumbers, Read, Slot, Values};
+use super::placed::Placed;
+use super::shape::Slot;
+use super::typed::{AnyElement, OnNumbers, Values};
 use super::view::NodeView;
 use crate::Scalar;
-use crate::model::Param;
-use crate::number::{Fingerprint, Hyper, hyper, hyper_parts};
-use crate::program::{Obstacle, Symbol, Template, record, record_branch};
+use crate::number::{Hyper, hyper, hyper_parts};
 
-/// An element: its formula, and the coordinates, multipliers, controls and parameters it is connected to.
-#[derive(Clone)]
-pub struct PlacedElement {
-    pub name: String,
-    pub formula: Arc<dyn AnyElement>,
-    pub q: Vec<usize>,
-    /// The numbers of its constraint equations.
-    pub sigma: Vec<usize>,
-    pub u: Vec<usize>,
-    pub b: Vec<Param>,
-    /// Whether the element depends on time (assumed until its formula is recorded), and whether its formula has a graph.
-    pub timed: bool,
-    pub is_recorded: bool,
-}
+/// An element and the arguments it is connected to.
+pub type PlacedElement = Placed<dyn AnyElement>;
 
 impl PlacedElement {
-    /// Reads an argument of the formula at a node.
-    pub(super) fn read<R: Scalar>(&self, at: &NodeView<R>, slot: Slot) -> R {
-        match slot {
-            Slot::Q(i) => at.q[self.q[i]],
-            Slot::V(i) => at.v[self.q[i]],
-            Slot::Sigma(j) => at.sigma[self.sigma[j]],
-            Slot::U(k) => at.u[self.u[k]],
-            Slot::T => at.t,
-            Slot::B(p) => self.b[p].value(at.design),
-        }
+    pub fn new(name: &str, formula: Arc<dyn AnyElement>, to: Connections) -> Self {
+        let shape = formula.shape();
+        Placed { name: name.to_string(), formula, shape, to, slots: shape.of_element().collect(), depends: None }
     }
 
     /// Adds the element's 𝓛_v, 𝓛_q + Q and dΦ/dt.
     pub fn add<R: Number>(&self, formula: &dyn OnNumbers<R>, at: &NodeView<R>, sums: &mut Sums<R>) {
-        formula.first(&|slot| self.read(at, slot), &mut |of, x| *self.place(of, sums) += x);
+        formula.first(&|slot| self.to.read(at, slot), &mut |of, x| *self.place(of, sums) += x);
     }
 
     /// Evaluates Φ: `put` receives the number of each equation in the scene, and Φ_j.
     pub fn phi(&self, at: &NodeView<f64>, mut put: impl FnMut(usize, f64)) {
-        let mut equations = self.sigma.iter();
-        Values::<f64>::values(&*self.formula, &|slot| self.read(at, slot), &mut |x| {
+        let mut equations = self.to.sigma.iter();
+        Values::<f64>::values(&*self.formula, &|slot| self.to.read(at, slot), &mut |x| {
             equations.next().into_iter().for_each(|&j| put(j, x));
         });
     }
 
     /// Evaluates Φ on other numbers, as [`phi`](Self::phi).
     pub fn write_phi<R: Number>(&self, formula: &dyn OnNumbers<R>, at: &NodeView<R>, mut put: impl FnMut(usize, R)) {
-        formula.phi(&|slot| self.read(at, slot), &mut |j, x| put(self.sigma[j], x));
+        formula.phi(&|slot| self.to.read(at, slot), &mut |j, x| put(self.to.sigma[j], x));
     }
 
     /// The sum to which a component of the element is added.
     pub(super) fn place<'a, R: Number>(&self, of: Component, sums: &'a mut Sums<R>) -> &'a mut R {
-        &mut sums.all[of.place((&self.q, &self.sigma), sums.n)]
+        &mut sums.all[of.place((&self.to.q, &self.to.sigma), sums.n)]
     }
 
     /// The factor of a component in c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt.
     pub(super) fn weight(&self, of: Component, with: &Covector) -> f64 {
         match of {
-            Component::Momentum(i) => with.c[self.q[i]],
-            Component::Force(i) => with.d[self.q[i]],
-            Component::Equation(j) => with.e[self.sigma[j]],
+            Component::Momentum(i) => with.c[self.to.q[i]],
+            Component::Force(i) => with.d[self.to.q[i]],
+            Component::Equation(j) => with.e[self.to.sigma[j]],
         }
     }
 
     /// The energy T or V.
     pub fn energy(&self, at: &NodeView<f64>) -> f64 {
         let mut sum = 0.0;
-        Values::<f64>::values(&*self.formula, &|slot| self.read(at, slot), &mut |value| sum += value);
+        Values::<f64>::values(&*self.formula, &|slot| self.to.read(at, slot), &mut |value| sum += value);
         sum
     }
 
-    /// Creates the compiled element for a recorded formula.
+    /// The element after its formula was recorded.
     pub fn element(&self, place: (usize, usize), formula: Arc<Formula>, numbers: Vec<f64>) -> Element {
-        let (q, sigma, u, b) = (self.q.clone(), self.sigma.clone(), self.u.clone(), self.b.clone());
-        Element { name: self.name.clone(), place, q, sigma, u, b, formula, numbers }
-    }
-
-    /// Records the formula; also returns the numbers in it that elements of one formula need not share.
-    pub fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
-        let (graph, results) = record(|put| self.put_symbols(&|slot| self.read(at, slot), put))?;
-        Ok(Template::new(&graph, &results, self.formula.shape().p))
-    }
-
-    /// As [`record`](Self::record), for the branch that the formula takes at a state; `None` if it panics.
-    pub fn record_branch(&self, at: &NodeView<f64>) -> Option<(Template, Vec<f64>)> {
-        let (graph, results) = record_branch(|put| self.put_symbols(&|slot| self.read(at, slot), put))?;
-        Some(Template::new(&graph, &results, self.formula.shape().p))
-    }
-
-    /// Evaluates the formula on symbols with these values.
-    pub(super) fn put_symbols(&self, value: Read<f64>, put: &mut dyn FnMut(Symbol)) {
-        let shape = self.formula.shape();
-        let symbol = |slot: Slot| {
-            let value = value(slot);
-            match slot {
-                Slot::Sigma(_) => Symbol::from(value),
-                // A constant that is fixed at 0 or ±1 simplifies the formula. The constant of a design variable may have any value in the next run.
-                Slot::B(p) => match self.b[p].constant() {
-                    Some(value) if value == 0.0 || value.abs() == 1.0 => Symbol::from(value),
-                    _ => Symbol::parameter(p, value),
-                },
-                _ => Symbol::input(shape.number(slot), value),
-            }
-        };
-        Values::<Symbol>::values(&*self.formula, &symbol, put);
-    }
-
-    /// All arguments on which the formula depends, as far as can be determined.
-    pub fn arguments(&self, at: &NodeView<f64>) -> Vec<Argument> {
-        self.slots(at).into_iter().map(|(_, argument)| argument).collect()
-    }
-
-    fn slots(&self, at: &NodeView<f64>) -> Vec<(Slot, Argument)> {
-        let shape = self.formula.shape();
-        let template = self.record(at).ok().or_else(|| self.record_branch(at));
-        let depends = template.map_or_else(|| vec![true; shape.sigma()], |(template, _)| template.depends(shape.sigma()));
-        let argument = |which: usize| match shape.place(which) {
-            Place::Q(i) => (Slot::Q(i), Argument::Coordinate(self.q[i])),
-            Place::V(i) => (Slot::V(i), Argument::Velocity(self.q[i])),
-            Place::U(k) => (Slot::U(k), Argument::Control(self.u[k])),
-            _ => (Slot::T, Argument::Time),
-        };
-        let design = self.b.iter().enumerate().filter_map(|(p, b)| Some((Slot::B(p), Argument::Design(b.bound()?.0))));
-        (0..shape.sigma()).filter(|&which| depends[which]).map(argument).chain(design).collect()
-    }
-
-    /// The arguments that cause a value not to be finite, or `None` if all values are finite.
-    fn to_blame(&self, at: &NodeView<f64>, has_number: impl Fn(Read<f64>) -> bool) -> Option<Vec<Argument>> {
-        let read = |slot: Slot| self.read(at, slot);
-        let with = |slot: Slot, x: f64| has_number(&|other| if other == slot { x } else { read(other) });
-        (!has_number(&read)).then(|| to_blame(self.slots(at), with))
+        Element { name: self.name.clone(), place, to: self.to.clone(), formula, numbers }
     }
 
     /// The arguments that cause Φ not to be finite.
@@ -152,16 +76,6 @@ impl PlacedElement {
             Values::<f64>::values(&*self.formula, read, &mut |x| is_fine &= x.is_finite());
             is_fine
         })
-    }
-
-    /// Adds the formula to a fingerprint if it was recorded.
-    pub fn fingerprint(&self, sum: &mut Fingerprint) {
-        if !self.is_recorded {
-            return;
-        }
-        let shape = self.formula.shape();
-        let input = |slot: Slot| Fingerprint::input(shape.number(slot));
-        Values::<Fingerprint>::values(&*self.formula, &input, &mut |value| sum.join(value));
     }
 
     /// The arguments that cause a value not to be finite, otherwise those whose derivatives are not finite, if any.
@@ -176,15 +90,15 @@ impl PlacedElement {
     }
 
     fn find_infinite_derivatives(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
-        let (kind, shape) = (self.formula.kind(), self.formula.shape());
+        let (kind, shape) = (self.formula.kind(), self.shape);
         let mut blocks = vec![0.0; kind.length(shape.n, shape.m)];
-        self.formula.blocks(&|slot| self.read(at, slot), &mut |_, _| (), &mut blocks);
+        self.formula.blocks(&|slot| self.to.read(at, slot), &mut |_, _| (), &mut blocks);
         let infinite = blocks.iter().enumerate().filter(|(_, entry)| !entry.is_finite());
         let mut arguments: Vec<Argument> = infinite
             .map(|(which, _)| {
                 // Every block has one column per coordinate; the first block of energies and forces belongs to the velocities.
                 let by_v = matches!(kind, ElementKind::Kinetic | ElementKind::Applied) && which < shape.n * shape.n;
-                let i = self.q[which % shape.n];
+                let i = self.to.q[which % shape.n];
                 if by_v { Argument::Velocity(i) } else { Argument::Coordinate(i) }
             })
             .collect();
@@ -199,7 +113,7 @@ impl PlacedElement {
 
     /// Evaluates the contributions and their derivatives by dual numbers.
     pub fn evaluate(&self, at: &NodeView<f64>, sums: &mut Sums<f64>, blocks: &mut [f64]) {
-        self.formula.blocks(&|slot| self.read(at, slot), &mut |of, x| *self.place(of, sums) += x, blocks);
+        self.formula.blocks(&|slot| self.to.read(at, slot), &mut |of, x| *self.place(of, sums) += x, blocks);
     }
 }
 
@@ -207,7 +121,7 @@ impl PlacedElement {
 impl PlacedElement {
     /// An argument, with derivative 1 if it is `seed`.
     fn seeded(&self, at: &NodeView<f64>, seed: Slot, slot: Slot) -> Hyper {
-        hyper(self.read(at, slot), f64::from(slot == seed), 0.0, 0.0)
+        hyper(self.to.read(at, slot), f64::from(slot == seed), 0.0, 0.0)
     }
 
     /// The derivatives of 𝓛_v, 𝓛_q + Q and dΦ/dt with respect to one argument.
@@ -226,8 +140,8 @@ impl PlacedElement {
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate, for given rates of all arguments except constants.
     pub fn along(&self, at: &NodeView<f64>, rates: &NodeView<f64>, with: &Covector) -> [f64; 2] {
         let read = |slot: Slot| {
-            let rate = if let Slot::B(_) = slot { 0.0 } else { self.read(rates, slot) };
-            hyper(self.read(at, slot), rate, 0.0, 0.0)
+            let rate = if let Slot::B(_) = slot { 0.0 } else { self.to.read(rates, slot) };
+            hyper(self.to.read(at, slot), rate, 0.0, 0.0)
         };
         let mut sums = [0.0; 2];
         OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| {
@@ -245,20 +159,20 @@ impl PlacedElement {
             self.differentiate(at, seed, &mut |_, slope| is_finite &= slope.is_finite());
             !is_finite
         };
-        let of_control = (0..self.u.len()).find(|&k| is_bad(Slot::U(k))).map(|k| Argument::Control(self.u[k]));
-        let bad_constants = || (0..self.b.len()).filter(|&p| is_bad(Slot::B(p)));
-        let of_design = || bad_constants().find_map(|p| self.b[p].bound()).map(|(p, _)| Argument::Design(p));
-        of_control.or_else(|| (self.timed && is_bad(Slot::T)).then_some(Argument::Time)).or_else(of_design)
+        let of_control = (0..self.to.u.len()).find(|&k| is_bad(Slot::U(k))).map(|k| Argument::Control(self.to.u[k]));
+        let bad_constants = || (0..self.to.b.len()).filter(|&p| is_bad(Slot::B(p)));
+        let of_design = || bad_constants().find_map(|p| self.to.b[p].bound()).map(|(p, _)| Argument::Design(p));
+        of_control.or_else(|| (self.is_timed() && is_bad(Slot::T)).then_some(Argument::Time)).or_else(of_design)
     }
 
     /// Adds the derivatives with respect to u, design variables and time.
     pub fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
-        *rows.evaluations += self.u.len() + 1;
-        for (k, &channel) in self.u.iter().enumerate() {
+        *rows.evaluations += self.to.u.len() + 1;
+        for (k, &channel) in self.to.u.iter().enumerate() {
             rows.u[channel] += self.directional(at, with, Slot::U(k));
         }
         *rows.time += self.directional(at, with, Slot::T);
-        for (p, b) in self.b.iter().enumerate() {
+        for (p, b) in self.to.b.iter().enumerate() {
             if let Some((design, factor)) = b.bound() {
                 *rows.evaluations += 1;
                 rows.design[design] += factor * self.directional(at, with, Slot::B(p));
@@ -268,24 +182,24 @@ impl PlacedElement {
 
     /// Whether the element's constraints depend on a design variable.
     pub fn is_set_by_design(&self) -> bool {
-        !self.sigma.is_empty() && self.b.iter().any(|b| b.bound().is_some())
+        !self.to.sigma.is_empty() && self.to.b.iter().any(|b| b.bound().is_some())
     }
 
     /// Adds the derivatives of e·Φ with respect to design variables and time.
     pub fn pull_back_phi(&self, at: &NodeView<f64>, e: &[f64], rows: &mut InputRows) {
-        if self.sigma.is_empty() {
+        if self.to.sigma.is_empty() {
             return;
         }
         let directional = |seed: Slot| {
             let mut sum = 0.0;
-            self.differentiate_phi(at, seed, &mut |j, slope| sum += e[self.sigma[j]] * slope);
+            self.differentiate_phi(at, seed, &mut |j, slope| sum += e[self.to.sigma[j]] * slope);
             sum
         };
-        if self.timed {
+        if self.is_timed() {
             *rows.evaluations += 1;
             *rows.time += directional(Slot::T);
         }
-        for (p, constant) in self.b.iter().enumerate() {
+        for (p, constant) in self.to.b.iter().enumerate() {
             if let Some((design, factor)) = constant.bound() {
                 *rows.evaluations += 1;
                 rows.design[design] += factor * directional(Slot::B(p));
@@ -300,8 +214,8 @@ impl PlacedElement {
 
     /// Appends Φ_q of the element, in the scene's numbering, column by column.
     pub fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>) {
-        for (i, &col) in self.q.iter().enumerate().filter(|_| !self.sigma.is_empty()) {
-            let mut put = |j: usize, value: f64| entries.push(Entry { row: self.sigma[j], col, value });
+        for (i, &col) in self.to.q.iter().enumerate().filter(|_| !self.to.sigma.is_empty()) {
+            let mut put = |j: usize, value: f64| entries.push(Entry { row: self.to.sigma[j], col, value });
             self.differentiate_phi(at, Slot::Q(i), &mut put);
         }
     }

@@ -153,7 +153,7 @@ impl System {
     /// The error for a constraint equation that is not finite at node 0.
     pub(crate) fn constraint_not_finite(&self, at: &NodeView<f64>, equation: usize) -> Error {
         // Found by its equation, since a constraint may have several.
-        let item = self.placed().find(|item| item.sigma.contains(&equation));
+        let item = self.placed().find(|item| item.to.sigma.contains(&equation));
         let arguments = item.and_then(|item| item.find_undefined_phi(at).or_else(|| item.find_not_finite(at)));
         let arguments = self.list(&arguments.unwrap_or_default(), at);
         Error::Model { element: self.equation_name(equation).into(), arguments, node: 0, time: at.t }

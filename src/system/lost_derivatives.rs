@@ -6,12 +6,10 @@
 //! (a root found from values and corrected by one Newton step). If only rounding changes, as for √(x² + y²) by ratios to the larger, nothing is lost.
 
 use super::argument::Argument;
-use super::cost_formula::Partial;
-use super::element::Element;
-use super::item::PlacedElement;
 use super::jet::ElementKind;
-use super::placed_cost::PlacedCost;
-use super::typed::Slot;
+use super::placed::Placed;
+use super::shape::Slot;
+use super::typed::Recordable;
 use super::view::NodeView;
 use crate::model::element::Sum;
 use crate::number::{Hyper, hyper, hyper_parts};
@@ -49,8 +47,9 @@ struct Reader<'a> {
     /// Arguments, then constants; and the scene's argument for each, `None` for a plain number.
     x: Vec<f64>,
     names: Vec<Option<Argument>>,
-    /// The number of arguments.
+    /// The number of arguments, and the number in the graph of each argument.
     arguments: usize,
+    numbers: &'a [usize],
     record: &'a dyn Fn(&[f64]) -> Option<Branch>,
 }
 
@@ -117,7 +116,9 @@ impl Reader<'_> {
             let number = |(i, x): (usize, &f64)| hyper(*x, along(i), f64::from(n > 0 && i == seed), 0.0);
             let numbers: Vec<Hyper> = x.iter().enumerate().map(number).collect();
             let (arguments, constants) = numbers.split_at(self.arguments);
-            let values = graph.evaluate(constants, arguments);
+            let mut inputs = vec![Hyper::from(0.0); self.numbers.iter().max().map_or(0, |last| last + 1)];
+            self.numbers.iter().zip(arguments).for_each(|(&which, x)| inputs[which] = *x);
+            let values = graph.evaluate(constants, &inputs);
             let parts = results.iter().flat_map(|node| hyper_parts(&values[node.index()])).enumerate();
             parts.map(|(k, part)| if with_values || k % 4 > 0 { part } else { 0.0 }).collect::<Vec<f64>>()
         };
@@ -125,47 +126,27 @@ impl Reader<'_> {
     }
 }
 
-impl PlacedElement {
-    fn find_lost(&self, element: &Element, at: &NodeView<f64>, order: Order) -> Option<Argument> {
-        let shape = self.formula.shape();
-        let of_q = (0..shape.n).map(Slot::Q).chain((0..shape.n).map(Slot::V));
-        let arguments = of_q.chain((0..shape.k).map(Slot::U)).chain([Slot::T]);
-        let slots: Vec<Slot> = arguments.chain((0..shape.p).map(Slot::B)).collect();
-        let name =
-            |slot: &Slot| Some(Argument::of(element, *slot)).filter(|(_, factor)| *factor != 0.0).map(|(name, _)| name);
+impl<F: Recordable + ?Sized> Placed<F> {
+    /// The first argument with respect to which a derivative is lost; `kind` is that of an element.
+    fn find_lost(&self, kind: Option<ElementKind>, at: &NodeView<f64>, order: Order) -> Option<Argument> {
+        let slots: Vec<Slot> = self.slots.iter().copied().chain((0..self.shape.p).map(Slot::B)).collect();
+        let name = |slot: &Slot| Some(self.to.argument(*slot)).filter(|(_, factor)| *factor != 0.0).map(|(name, _)| name);
+        let x: Vec<f64> = slots.iter().map(|slot| self.to.read(at, *slot)).collect();
+        let numbers: Vec<usize> = slots.iter().map(|slot| self.shape.number(*slot)).collect();
         let record = |x: &[f64]| {
-            let value = |slot: Slot| match slot {
-                Slot::B(p) => x[shape.sigma() + p],
-                Slot::Sigma(_) => 0.0,
-                _ => x[shape.number(slot)],
-            };
-            record_branch(|put| self.put_symbols(&value, put))
+            let mut values = vec![0.0; self.shape.len()];
+            numbers.iter().zip(x).for_each(|(&which, x)| values[which] = *x);
+            record_branch(|put| self.put_symbols(&|slot| values[self.shape.number(slot)], put))
         };
         let reader = Reader {
-            kind: Some((self.formula.kind(), shape.n)),
-            x: slots.iter().map(|slot| self.read(at, *slot)).collect(),
+            kind: kind.map(|kind| (kind, self.shape.n)),
+            x,
             names: slots.iter().map(name).collect(),
-            arguments: shape.sigma(),
+            arguments: self.slots.len(),
+            numbers: &numbers,
             record: &record,
         };
         reader.find_lost(order)
-    }
-}
-
-impl PlacedCost {
-    fn find_lost(&self, at: &NodeView<f64>, order: Order) -> Option<Argument> {
-        let arguments = self.shape.len();
-        let of_b = self.b.iter().map(|b| b.bound().map(|(p, _)| Argument::Design(p)));
-        let record = |x: &[f64]| {
-            let value = |of: Partial| match of {
-                Partial::Argument(i) => x[i],
-                Partial::Constant(p) => x[arguments + p],
-            };
-            record_branch(|put| put(self.symbol(value)))
-        };
-        let x = (0..arguments).map(|i| self.argument(at, i)).chain(self.b.iter().map(|b| b.value(at.design)));
-        let names = self.shape.places.iter().map(|place| Some(Argument::of_cost(*place))).chain(of_b);
-        Reader { kind: None, x: x.collect(), names: names.collect(), arguments, record: &record }.find_lost(order)
     }
 }
 
@@ -202,11 +183,12 @@ impl System {
             |name: &str| known.iter().any(|w| matches!(w, Warning::LostDerivative { element, .. } if element == name));
         let elements =
             self.formulas.elements.iter().filter(|element| reads(element.formula.obstacle) && !is_known(&element.name));
-        let of_elements =
-            elements.filter_map(|element| Some((&element.name, self.item(element.place).find_lost(element, at, order)?)));
+        let of_elements = elements.filter_map(|element| {
+            Some((&element.name, self.item(element.place).find_lost(Some(element.kind()), at, order)?))
+        });
         let costs =
-            self.costs.items().iter().filter(|cost| reads(cost.obstacle) && counts(cost.sum) && !is_known(&cost.name));
-        let of_costs = costs.filter_map(|cost| Some((&cost.name, cost.find_lost(at, order)?)));
+            self.costs.items().iter().filter(|cost| reads(cost.obstacle) && counts(cost.sum) && !is_known(&cost.of.name));
+        let of_costs = costs.filter_map(|cost| Some((&cost.of.name, cost.of.find_lost(None, at, order)?)));
         let warning = |(name, argument): (&String, Argument)| Warning::LostDerivative {
             element: name.clone(),
             argument: self.argument_name(argument),

@@ -1,144 +1,105 @@
-//! [`PlacedCost`]: a cost with its arguments and its program; evaluates its value and derivatives at a node.
+//! [`PlacedCost`]: one cost, its program, and its value and derivatives at a node.
 
 use std::sync::Arc;
 
 use num_dual::Dual64;
 
-use super::argument::{Argument, to_blame};
-use super::cost::{CostRows, Slopes};
-use super::cost_formula::{CostFormula, Partial};
+use super::argument::Argument;
+use super::connections::Connections;
+use super::cost::CostRows;
+use super::cost_formula::CostFormula;
 use super::cost_second_order::CostSecondOrder;
-use super::cost_shape::{CostShape, Of};
 use super::cost_terms::{CostUse, Term};
 use super::jet::Number;
-use super::plain_cost::{AnyCost, PlainCost};
-use super::typed::{SEEDS, Wide, with_memory};
+use super::placed::Placed;
+use super::plain_cost::{AnyCost, CostOfLists, value};
+use super::shape::{Shape, Slot};
+use super::typed::{SEEDS, Values, Wide, seeded};
 use super::view::NodeView;
 use super::weights::{Beside, Weights};
-use crate::Scalar;
-use crate::model::Param;
 use crate::model::element::{ListCost, Sum};
-use crate::number::{Fingerprint, hyper, hyper_parts};
-use crate::program::{Obstacle, Symbol, Template, record, record_branch};
+use crate::number::{Hyper, hyper, hyper_parts};
+use crate::program::Obstacle;
 
 /// A cost and the arguments it is connected to.
 #[derive(Clone)]
 pub struct PlacedCost {
-    pub name: String,
+    pub of: Placed<dyn AnyCost>,
     /// 0 for J, or 1 + the number of the output.
     pub(super) output: usize,
-    pub(super) cost: Arc<dyn AnyCost>,
     pub(super) sum: Sum,
-    pub(super) shape: CostShape,
-    pub(super) b: Vec<Param>,
     pub(super) formula: Option<CostFormula>,
-    /// The reason why the cost has no program, unless programs were disabled.
+    /// The scene's arguments of the partial derivatives of the program, with the factors between the two.
+    partials: Vec<(Argument, f64)>,
+    /// Why there is no program; `None` if there is one or none was requested.
     pub(super) obstacle: Option<Obstacle>,
     pub(super) uses: CostUse,
-    /// Whether the cost depends on each argument, if it could be recorded.
-    pub(super) depends: Option<Vec<bool>>,
 }
 
 impl PlacedCost {
-    pub fn new((name, output): (&str, usize), (cost, sum): (impl ListCost, Sum), shape: CostShape, b: Vec<Param>) -> Self {
-        let (name, cost, uses) = (name.to_string(), Arc::new(cost), CostUse::UNKNOWN);
-        PlacedCost { name, output, cost, sum, shape, b, formula: None, obstacle: None, uses, depends: None }
+    pub fn new((name, output): (&str, usize), (cost, sum): (impl ListCost, Sum), to: Connections) -> Self {
+        let shape = Shape { n: to.q.len(), m: to.sigma.len(), k: to.u.len(), p: to.b.len() };
+        let formula: Arc<dyn AnyCost> = Arc::new(CostOfLists { cost, shape });
+        let of = Placed { name: name.to_string(), formula, shape, to, slots: shape.of_cost().collect(), depends: None };
+        PlacedCost { of, output, sum, formula: None, partials: Vec::new(), obstacle: None, uses: CostUse::UNKNOWN }
     }
 
-    /// Evaluates the cost for given arguments and constants, by their numbers.
-    pub(super) fn evaluate<S: Scalar>(
-        &self,
-        cost: &dyn PlainCost<S>,
-        argument: impl Fn(usize) -> S,
-        constant: impl Fn(usize) -> S,
-    ) -> S {
-        let mut value = S::zero();
-        with_memory(self.shape.len() + self.b.len(), &mut |all: &mut [S]| {
-            let (arguments, constants) = all.split_at_mut(self.shape.len());
-            arguments.iter_mut().enumerate().for_each(|(i, x)| *x = argument(i));
-            constants.iter_mut().enumerate().for_each(|(p, x)| *x = constant(p));
-            value = cost.value(&self.shape.point(arguments, constants));
-        });
-        value
-    }
-
-    pub(super) fn argument<R: Number>(&self, at: &NodeView<R>, which: usize) -> R {
-        let (list, place) = self.shape.places[which];
-        let lists = [at.q, at.v, at.p_star, at.p_star_dot, at.v_dot, at.sigma, at.lambda, at.u, at.u_dot];
-        // Missing quantities are not used by the cost.
-        if list == Of::Time { at.t } else { lists[list as usize].get(place).copied().unwrap_or(R::zero()) }
-    }
-
-    /// Records the formula; also returns the numbers in it. Formulas that branch on values are recorded at `at`.
-    pub(super) fn record(&self, at: &NodeView<f64>) -> Result<(Template, Vec<f64>), Obstacle> {
-        let (graph, results) = record(|put| put(self.symbol(|of| self.read(at, of))))?;
-        Ok(Template::new(&graph, &results, self.b.len()))
-    }
-
-    /// Evaluates the formula on symbols with these values.
-    pub(super) fn symbol(&self, value: impl Fn(Partial) -> f64) -> Symbol {
-        let argument = |i: usize| Symbol::input(i, value(Partial::Argument(i)));
-        self.evaluate(&*self.cost, argument, |p| Symbol::parameter(p, value(Partial::Constant(p))))
-    }
-
-    pub(super) fn read(&self, at: &NodeView<f64>, of: Partial) -> f64 {
-        match of {
-            Partial::Argument(i) => self.argument(at, i),
-            Partial::Constant(p) => self.b[p].value(at.design),
+    /// Records the formula and compiles its program, unless the scene is compiled without programs. `offset` is the first index that its program may use in
+    /// the memory of all costs; returns the one after the last.
+    pub(super) fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, offset: usize) -> usize {
+        let recorded = self.of.record(at);
+        self.of.depends = recorded.as_ref().ok().map(|(template, _)| self.of.depends(template));
+        (self.uses, self.obstacle) = (self.find_uses(), recorded.as_ref().err().copied());
+        if without_programs {
+            return offset;
         }
+        let compile = |recorded| CostFormula::new(recorded, self.of.shape, self.variables(), offset);
+        let formula = recorded.and_then(compile);
+        (self.obstacle, self.formula) = (formula.as_ref().err().copied(), formula.ok());
+        let partials = self.formula.iter().flat_map(|formula| &formula.partials);
+        self.partials = partials.map(|slot| self.of.to.argument(*slot)).collect();
+        self.formula.as_ref().map_or(offset, CostFormula::end)
     }
 
-    /// The arguments that cause the cost not to be finite, or `None` if it is finite.
+    /// The arguments of the partial derivatives: those that the formula depends on, as far as is known, and the constants that are bound.
+    fn variables(&self) -> Vec<Slot> {
+        let all = || vec![true; self.of.slots.len()];
+        self.of.variables(&self.of.depends.clone().unwrap_or_else(all))
+    }
+
+    /// The program for second-order sweeps.
+    pub(super) fn second_order(&self, at: &NodeView<f64>) -> Option<CostSecondOrder> {
+        self.formula.as_ref()?;
+        CostSecondOrder::new(self.of.record(at).ok()?, self.of.shape, self.variables())
+    }
+
+    /// The arguments that cause the value not to be finite; `None` if it is finite.
     pub(super) fn to_blame(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
-        let value = |changed: Option<(Partial, f64)>| {
-            let read = |of: Partial| changed.filter(|(other, _)| *other == of).map_or_else(|| self.read(at, of), |(_, x)| x);
-            self.evaluate::<f64>(&*self.cost, |i| read(Partial::Argument(i)), |p| read(Partial::Constant(p)))
-        };
-        if value(None).is_finite() {
-            return None;
-        }
-        let graph = record_branch(|put| put(self.symbol(|of| self.read(at, of))));
-        let depends =
-            graph.map(|(graph, results)| Template::new(&graph, &results, self.b.len()).0.depends(self.shape.len()));
-        let depends = depends.unwrap_or_else(|| vec![true; self.shape.len()]);
-        let argument = |of: Partial| match of {
-            Partial::Argument(i) => Some((of, Argument::of_cost(self.shape.places[i]))),
-            Partial::Constant(p) => Some((of, Argument::Design(self.b[p].bound()?.0))),
-        };
-        let all = Partial::all(&depends, &Param::which_are_bound(&self.b)).into_iter().filter_map(argument).collect();
-        Some(to_blame(all, |of, x| value(Some((of, x))).is_finite()))
+        self.of.to_blame(at, |read| value::<f64>(&*self.of.formula, read).is_finite())
     }
 
-    /// Clears derivatives with respect to arguments on which the cost does not depend, which may be 0 · NaN, if a derivative is not finite.
+    /// Clears derivatives by arguments that the cost does not depend on there, if others are not finite: dual numbers make 0 · NaN of them.
     pub(super) fn clear_others(&self, at: &NodeView<f64>, rows: &mut CostRows) {
-        let Some((graph, results)) = record_branch(|put| put(self.symbol(|of| self.read(at, of)))) else { return };
-        let depends = Template::new(&graph, &results, self.b.len()).0.depends(self.shape.len());
+        let Some((template, _)) = self.of.record_branch(at) else { return };
         let all = rows.clone();
         let (_, mut slopes) = rows.memory_and_slopes();
-        let others = self.shape.places.iter().zip(depends).filter(|(_, depends)| !depends);
-        others.for_each(|(place, _)| slopes.clear(*place));
+        let others = self.of.slots.iter().zip(self.of.depends(&template)).filter(|(_, depends)| !depends);
+        others.for_each(|(slot, _)| *slopes.of(self.of.to.argument(*slot).0) = 0.0);
         if rows.is_finite() {
             *rows = all;
         }
     }
 
-    pub(super) fn find_uses(&self) -> CostUse {
-        let Some(depends) = &self.depends else { return CostUse::UNKNOWN };
-        CostUse::of(depends.iter().zip(&self.shape.places).filter(|(depends, _)| **depends).map(|(_, (of, _))| *of))
+    fn find_uses(&self) -> CostUse {
+        let Some(depends) = &self.of.depends else { return CostUse::UNKNOWN };
+        CostUse::of(self.of.slots.iter().zip(depends).filter(|(_, depends)| **depends).map(|(slot, _)| *slot))
     }
 
     /// Description of the cost without its formula.
     pub(super) fn term(&self) -> Term<'_> {
-        let PlacedCost { name, output, sum, uses, obstacle, shape, .. } = self;
-        let has_program = self.formula.is_some();
-        Term { name, output: *output, sum: *sum, uses: *uses, has_program, obstacle: *obstacle, shape }
-    }
-
-    pub(super) fn fingerprint(&self, sum: &mut Fingerprint) {
-        if self.depends.is_some() {
-            let constant = |p: usize| Fingerprint::input(self.shape.len() + p);
-            sum.join(self.evaluate(&*self.cost, Fingerprint::input, constant));
-        }
+        let PlacedCost { of, output, sum, uses, obstacle, formula, .. } = self;
+        let has_program = formula.is_some();
+        Term { name: &of.name, output: *output, sum: *sum, uses: *uses, has_program, obstacle: *obstacle, to: &of.to }
     }
 
     pub(super) fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
@@ -161,7 +122,7 @@ impl PlacedCost {
     /// Adds h to the derivatives with respect to the lengths of steps on which its weight depends.
     fn add_by_steps(&self, value: f64, side: Beside, rows: &mut CostRows) {
         rows.evaluations += 1;
-        rows.has_read_state |= self.shape.has_state();
+        rows.has_read_state |= self.of.shape.n + self.of.shape.m > 0;
         let [before, after] = [side.has_before(), side.has_after()].map(|counts| if counts { value } else { 0.0 });
         match self.sum {
             Sum::Rectangle => rows.step_after += after,
@@ -189,37 +150,33 @@ impl PlacedCost {
         let is_summed = |weight: &Dual64| weight.re != 0.0 || weight.eps != 0.0 || self.sum.is_of_both_steps();
         let Some(weight) = weights.of(self.sum).filter(is_summed).filter(|_| factor != 0.0) else { return };
         let (_, mut slopes) = rows.memory_and_slopes();
-        let put = |of: Partial, [slope, change]: [f64; 2]| {
-            self.add_partial(of, 1.0, factor * (weight.re * change + weight.eps * slope), &mut slopes);
+        let put = |slot: Slot, [slope, change]: [f64; 2]| {
+            let (argument, multiple) = self.of.to.argument(slot);
+            *slopes.of(argument) += multiple * factor * (weight.re * change + weight.eps * slope);
         };
-        let rate_of_constant = |p: usize| self.b[p].bound().map_or(0.0, |(place, factor)| factor * along.design[place]);
-        let rate = |which| self.argument(along, which);
+        let (read, rate) = (|slot| self.of.to.read(at, slot), |slot| self.of.to.rate(along, slot));
         let [value, change] = match program {
-            Some(program) => program.evaluate(|which| self.argument(at, which), rate, rate_of_constant, put),
-            None => self.dual_gradient_along(at, rate, rate_of_constant, put),
+            Some(program) => program.evaluate(read, rate, put),
+            None => self.dual_gradient_along(read, rate, put),
         };
         rows.value += factor * (weight.re * change + weight.eps * value);
         self.add_by_steps(factor * change, weights.side, rows);
     }
 
-    /// h and its change along a direction, and each partial derivative with its change, by hyper-dual numbers.
+    /// Computes h and its change along a direction, and each partial derivative with its change, by hyper-dual numbers.
     fn dual_gradient_along(
         &self,
-        at: &NodeView<f64>,
-        rate: impl Fn(usize) -> f64,
-        rate_of_constant: impl Fn(usize) -> f64,
-        mut put: impl FnMut(Partial, [f64; 2]),
+        read: impl Fn(Slot) -> f64,
+        rate: impl Fn(Slot) -> f64,
+        mut put: impl FnMut(Slot, [f64; 2]),
     ) -> [f64; 2] {
-        let evaluate = |of: Option<Partial>| {
-            let seeded = |is_seed: bool, x: f64, rate: f64| hyper(x, if is_seed { 1.0 } else { 0.0 }, rate, 0.0);
-            let argument = |i: usize| seeded(of == Some(Partial::Argument(i)), self.argument(at, i), rate(i));
-            let constant =
-                |p: usize| seeded(of == Some(Partial::Constant(p)), self.b[p].value(at.design), rate_of_constant(p));
-            hyper_parts(&self.evaluate(&*self.cost, argument, constant))
+        let evaluate = |of: Option<Slot>| {
+            let number = |slot| hyper(read(slot), f64::from(of == Some(slot)), rate(slot), 0.0);
+            hyper_parts(&value::<Hyper>(&*self.of.formula, &number))
         };
-        for of in self.partials() {
-            let [_, slope, _, change] = evaluate(Some(of));
-            put(of, [slope, change]);
+        for slot in self.all_variables() {
+            let [_, slope, _, change] = evaluate(Some(slot));
+            put(slot, [slope, change]);
         }
         let [value, _, change, _] = evaluate(None);
         [value, change]
@@ -228,48 +185,38 @@ impl PlacedCost {
     /// Evaluates value and gradient by the program.
     fn program_gradient(&self, formula: &CostFormula, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
         let (memory, mut slopes) = rows.memory_and_slopes();
-        let put = |of, slope| self.add_partial(of, weight, slope, &mut slopes);
-        formula.evaluate(memory, |which| self.argument(at, which), put)
+        formula.evaluate(
+            memory,
+            |slot| self.of.to.read(at, slot),
+            |k, slope| {
+                let (argument, factor) = self.partials[k];
+                *slopes.of(argument) += weight * factor * slope;
+            },
+        )
     }
 
-    /// Adds a partial derivative, multiplied by the weight.
-    #[inline]
-    fn add_partial(&self, of: Partial, weight: f64, slope: f64, slopes: &mut Slopes) {
-        match of {
-            Partial::Argument(which) => slopes.add(self.shape.places[which], weight * slope),
-            Partial::Constant(p) => {
-                if let Some((design, factor)) = self.b[p].bound() {
-                    slopes.design[design] += weight * factor * slope;
-                }
-            }
-        }
-    }
-
-    /// The variables of differentiation for a cost without a program.
-    fn partials(&self) -> Vec<Partial> {
-        Partial::all(&vec![true; self.shape.len()], &Param::which_are_bound(&self.b))
+    /// The variables of derivatives without a program.
+    fn all_variables(&self) -> Vec<Slot> {
+        self.of.variables(&vec![true; self.of.slots.len()])
     }
 
     /// Evaluates value and gradient by dual numbers, a few derivatives at a time.
     fn dual_gradient(&self, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
         let (_, mut slopes) = rows.memory_and_slopes();
-        for seeds in self.partials().chunks(SEEDS) {
-            let seeded = |of: Partial, value: f64| match seeds.iter().position(|seed| *seed == of) {
-                Some(k) => Wide::from_re(value).derivative(k),
-                None => Wide::from_re(value),
-            };
-            let argument = |i: usize| seeded(Partial::Argument(i), self.argument(at, i));
-            let cost = self
-                .evaluate::<Wide<f64>>(&*self.cost, argument, |p| seeded(Partial::Constant(p), self.b[p].value(at.design)));
-            for (k, of) in seeds.iter().enumerate() {
-                self.add_partial(*of, weight, cost.eps.0.map_or(0.0, |eps| eps[k]), &mut slopes);
+        for seeds in self.all_variables().chunks(SEEDS) {
+            let number =
+                |slot| seeded(Wide::from_re(self.of.to.read(at, slot)), seeds.iter().position(|seed| *seed == slot));
+            let cost = value::<Wide<f64>>(&*self.of.formula, &number);
+            for (k, slot) in seeds.iter().enumerate() {
+                let (argument, factor) = self.of.to.argument(*slot);
+                *slopes.of(argument) += weight * factor * cost.eps.0.map_or(0.0, |eps| eps[k]);
             }
         }
-        self.value(&*self.cost, at)
+        value(&*self.of.formula, &|slot| self.of.to.read(at, slot))
     }
 
-    /// Evaluates h by its formula on a given number type.
-    pub(super) fn value<R: Number>(&self, cost: &dyn PlainCost<R>, at: &NodeView<R>) -> R {
-        self.evaluate(cost, |which| self.argument(at, which), |p| self.b[p].value(at.design))
+    /// Evaluates h by its formula on any number type.
+    pub(super) fn value<R: Number>(&self, cost: &dyn Values<R>, at: &NodeView<R>) -> R {
+        value(cost, &|slot| self.of.to.read(at, slot))
     }
 }

@@ -11,7 +11,7 @@ use super::batch::{Batch, Sums};
 use super::cost_factors::CostFactors;
 use super::costs::Costs;
 use super::item::PlacedElement;
-use super::plain_cost::{AnyCost, PlainCost};
+use super::plain_cost::AnyCost;
 use super::typed::{AnyElement, OnNumbers, Values};
 use super::view::{NodeValues, NodeView};
 use super::weights::Weights;
@@ -26,7 +26,7 @@ enum Plain<Direct, ByHyper> {
 }
 
 type OfElements<'a, R> = Plain<&'a dyn OnNumbers<R>, &'a dyn OnNumbers<Hyper>>;
-type OfCosts<'a, R> = Plain<&'a dyn PlainCost<R>, &'a dyn PlainCost<Hyper>>;
+type OfCosts<'a, R> = Plain<&'a dyn Values<R>, &'a dyn Values<Hyper>>;
 
 struct OfElement<'a>(&'a dyn AnyElement);
 
@@ -80,7 +80,7 @@ pub(super) fn add_costs<R: Real>(
         if (0..R::PARTS).all(|part| weight.part(part) == 0.0) {
             continue;
         }
-        let value = match R::of(OfCost(&*item.cost)) {
+        let value = match R::of(OfCost(&*item.of.formula)) {
             Plain::Direct(cost) => item.value(cost, at),
             Plain::ByHyper(cost) => {
                 let point = lifted.get_or_insert_with(|| NodeValues::of_costs(at, lift));
@@ -125,7 +125,7 @@ pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at
 /// Writes Φ of all constraints.
 pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, phi: &mut [R]) {
     let mut lifted: Option<NodeValues<Hyper>> = None;
-    let is_constraint = |item: &&PlacedElement| !item.sigma.is_empty();
+    let is_constraint = |item: &&PlacedElement| !item.to.sigma.is_empty();
     for item in batches.flat_map(|batch| &batch.items).filter(is_constraint) {
         match R::of(OfElement(&*item.formula)) {
             Plain::Direct(formula) => item.write_phi(formula, at, |j, x| phi[j] = x),
@@ -145,7 +145,7 @@ impl System {
     pub(crate) fn symbols(&self, at: &NodeView<Symbol>) -> Vec<Symbol> {
         let mut all = Vec::new();
         for item in self.batches.iter().flat_map(|batch| &batch.items) {
-            Values::<Symbol>::values(&*item.formula, &|slot| item.read(at, slot), &mut |value| all.push(value));
+            Values::<Symbol>::values(&*item.formula, &|slot| item.to.read(at, slot), &mut |value| all.push(value));
         }
         all
     }

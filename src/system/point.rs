@@ -1,9 +1,10 @@
 //! [`Layout`]: the layout of a point, a list of all arguments of all elements.
 
 use super::batch::Covector;
+use super::connections::Connections;
 use super::element::Element;
 use super::formula::Component;
-use super::shape::Place;
+use super::shape::{Place, Slot};
 use super::view::NodeView;
 
 /// The numbers of coordinates, equations and controls of a scene. A point contains q, v, σ, u, t, then c, d, e, then the rates of q, v, σ, u, t and,
@@ -30,29 +31,32 @@ impl Layout {
 
     /// The index of an argument of an element in a point.
     pub(crate) fn source(&self, element: &Element, place: Place) -> usize {
-        let Layout { n, m, .. } = *self;
+        let n = self.n;
         let adjoint = self.t() + 1;
         match place {
-            Place::Q(i) => element.q[i],
-            Place::V(i) => n + element.q[i],
-            Place::Sigma(j) => 2 * n + element.sigma[j],
-            Place::U(k) => 2 * n + m + element.u[k],
-            Place::T => self.t(),
-            Place::C(i) => adjoint + element.q[i],
-            Place::D(i) => adjoint + n + element.q[i],
-            Place::E(j) => adjoint + 2 * n + element.sigma[j],
-            Place::QRate(i) => self.rates() + element.q[i],
-            Place::VRate(i) => self.rates() + n + element.q[i],
-            Place::SigmaRate(j) => self.rates() + 2 * n + element.sigma[j],
-            Place::URate(k) => self.rates() + 2 * n + m + element.u[k],
-            Place::TRate => self.rates() + self.t(),
-            Place::ConstantRate(p) => self.len() + element.b[p].bound().map_or(0, |(place, _)| place),
+            Place::Of(slot) => self.state(&element.to, slot),
+            Place::C(i) => adjoint + element.to.q[i],
+            Place::D(i) => adjoint + n + element.to.q[i],
+            Place::E(j) => adjoint + 2 * n + element.to.sigma[j],
+            Place::Rate(Slot::B(p)) => self.len() + element.to.b[p].bound().map_or(0, |(place, _)| place),
+            Place::Rate(slot) => self.rates() + self.state(&element.to, slot),
+        }
+    }
+
+    /// The index of an argument among q, v, σ, u and t; constants and the arguments of costs have none.
+    fn state(&self, to: &Connections, slot: Slot) -> usize {
+        match slot {
+            Slot::Q(i) => to.q[i],
+            Slot::V(i) => self.n + to.q[i],
+            Slot::Sigma(j) => 2 * self.n + to.sigma[j],
+            Slot::U(k) => 2 * self.n + self.m + to.u[k],
+            _ => self.t(),
         }
     }
 
     /// The index of a component of an element among all sums.
     pub(crate) fn sum(&self, element: &Element, component: Component) -> usize {
-        component.place((&element.q, &element.sigma), self.n)
+        component.place((&element.to.q, &element.to.sigma), self.n)
     }
 
     pub(crate) fn load(&self, at: &NodeView<f64>, point: &mut [f64]) {

@@ -40,7 +40,7 @@ impl PositionConstraints {
             let equations: Vec<usize> = (0..alike.formula.shape.m).collect();
             let programs = if alike.formula.sinusoidal { &mut sinusoidal } else { &mut others };
             programs
-                .extend(ElementPrograms::new(&layout, alike, (kernel, &equations), |element, j: usize| element.sigma[j]));
+                .extend(ElementPrograms::new(&layout, alike, (kernel, &equations), |element, j: usize| element.to.sigma[j]));
         }
         let (point, rest) = (vec![0.0; layout.len()], vec![0.0; system.m()]);
         PositionConstraints { layout, sinusoidal, others, plain, point, rest, linear: Vec::new() }

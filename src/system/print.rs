@@ -5,27 +5,35 @@ use std::fmt::{self, Write};
 use super::block::{Block, BlockEntry};
 use super::element::Element;
 use super::formula::{Component, Kernels};
-use super::shape::Place;
-use super::typed::Slot;
+use super::shape::{Place, Slot};
 use crate::program::{Kernel, Program};
+
+impl Slot {
+    fn name(self) -> String {
+        match self {
+            Slot::Q(i) => format!("q{i}"),
+            Slot::V(i) => format!("v{i}"),
+            Slot::Sigma(j) => format!("sigma{j}"),
+            Slot::U(k) => format!("u{k}"),
+            Slot::T => "t".into(),
+            Slot::B(p) => format!("b{p}"),
+            Slot::PStar(i) => format!("p_star{i}"),
+            Slot::PStarDot(i) => format!("p_star_dot{i}"),
+            Slot::VDot(i) => format!("v_dot{i}"),
+            Slot::Lambda(j) => format!("lambda{j}"),
+            Slot::UDot(k) => format!("u_dot{k}"),
+        }
+    }
+}
 
 impl Place {
     fn name(self) -> String {
         match self {
-            Place::Q(i) => format!("q{i}"),
-            Place::V(i) => format!("v{i}"),
-            Place::U(k) => format!("u{k}"),
-            Place::T => "t".into(),
-            Place::Sigma(j) => format!("sigma{j}"),
+            Place::Of(slot) => slot.name(),
             Place::C(i) => format!("c{i}"),
             Place::D(i) => format!("d{i}"),
             Place::E(j) => format!("e{j}"),
-            Place::QRate(i) => format!("dq{i}"),
-            Place::VRate(i) => format!("dv{i}"),
-            Place::SigmaRate(j) => format!("dsigma{j}"),
-            Place::URate(k) => format!("du{k}"),
-            Place::TRate => "dt".into(),
-            Place::ConstantRate(p) => format!("db{p}"),
+            Place::Rate(slot) => format!("d{}", slot.name()),
         }
     }
 }
@@ -90,10 +98,7 @@ fn write_all(element: &Element, text: &mut String) -> fmt::Result {
         let entries = formula.varying.iter().map(|entry| entry.signed_parts().map(names).collect());
         part("second derivatives", &kernels.state, Kernels::SECOND, entries.collect())?;
     }
-    let inputs = kernels.inputs_of.iter().map(|slot| match slot {
-        Slot::B(p) => format!("by b{p}"),
-        _ => format!("by {}", formula.shape.place(formula.shape.number(*slot)).name()),
-    });
+    let inputs = kernels.inputs_of.iter().map(|slot| format!("by {}", slot.name()));
     part("input derivatives", &kernels.inputs, 0, inputs.map(plain).collect())
 }
 

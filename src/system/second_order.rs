@@ -36,7 +36,7 @@ impl SecondOrderEquations {
             let SecondOrderKernels { changes, components, rows, of } = kernels;
             let sum = |element: &Element, of| layout.sum(element, of);
             all.changes.extend(ElementPrograms::new(&layout, alike, (changes, &components), sum));
-            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), Argument::of));
+            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), |element, slot| element.to.argument(slot)));
         }
         all
     }
@@ -81,7 +81,7 @@ impl SecondOrderEquations {
             layout.load_direction(along, point);
         }
         for programs in all {
-            programs.run(point, |(argument, factor), value| argument.add(rows, factor * value));
+            programs.run(point, |(argument, factor), value| rows.add(*argument, factor * value));
         }
         dual.iter().for_each(|&place| system.item(place).pull_back_along((at, along), with, rows));
     }

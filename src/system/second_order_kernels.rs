@@ -11,8 +11,7 @@
 
 use super::derivatives::{Derivatives, components, without_zeros};
 use super::formula::{Component, Formula};
-use super::shape::Shape;
-use super::typed::Slot;
+use super::shape::{Shape, Slot};
 use crate::program::{Graph, Kernel, Node};
 
 /// Programs of one formula for second-order sweeps. Their parameters are those of the formula, followed by the factors of the constants.
@@ -49,10 +48,10 @@ impl SecondOrderKernels {
         let mut directions: Vec<Tangent> = state.iter().map(|&slot| moving(&mut graph, shape, shape.number(slot))).collect();
         directions.extend(tangents(&of_inputs));
         let along = graph.forward(&[psi], &directions)[0];
-        let inputs: Vec<Node> = of_inputs.iter().map(|(slot, _)| derivatives.argument(&mut graph, *slot)).collect();
+        let inputs: Vec<Node> = of_inputs.iter().map(|(slot, _)| shape.node(&mut graph, *slot)).collect();
         let by_inputs = graph.reverse(&[(along, one)], &inputs);
         let along = if formula.sinusoidal { graph.forward(&[psi], &tangents(&of_constants))[0] } else { along };
-        let arguments: Vec<Node> = state.iter().map(|slot| derivatives.argument(&mut graph, *slot)).collect();
+        let arguments: Vec<Node> = state.iter().map(|slot| shape.node(&mut graph, *slot)).collect();
         let by_state = graph.reverse(&[(along, one)], &arguments);
         let of = state.into_iter().chain(of_inputs.into_iter().map(|(slot, _)| slot));
         let (of, rows) = without_zeros(&graph, of.zip([by_state, by_inputs].concat()));

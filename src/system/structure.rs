@@ -63,7 +63,7 @@ pub(super) fn analyse(
     let diagonal = values.tangent().filter(|(row, col, power, _)| row == col && *power == 0 && *row < n);
     diagonal.for_each(|(i, _, _, value)| inertia[i] += value);
     let varying = elements.iter().filter(|e| e.kind() == ElementKind::Kinetic && !e.formula.varying.is_empty());
-    varying.flat_map(|element| &element.q).for_each(|&i| inertia[i] = f64::INFINITY);
+    varying.flat_map(|element| &element.to.q).for_each(|&i| inertia[i] = f64::INFINITY);
     inertia.iter().zip(&mut constant).for_each(|(inertia, constant)| *constant &= *inertia != 0.0);
     let Groups { groups, loop_equations } = groups::groups((elements, batches), (blocks, &inertia), (n, m), at);
     // Diagonal entries for compliances, in case the loop equations are dependent.
@@ -92,8 +92,8 @@ fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>
             add(&entry).into_iter().for_each(|unknown| constant[unknown] = false);
         }
         if element.formula.piecewise {
-            element.q.iter().for_each(|&i| constant[i] = false);
-            element.sigma.iter().for_each(|&j| constant[n + j] = false);
+            element.to.q.iter().for_each(|&i| constant[i] = false);
+            element.to.sigma.iter().for_each(|&j| constant[n + j] = false);
         }
     }
     (entries, constant)
@@ -104,7 +104,7 @@ impl System {
     /// does not couple coordinates of one list.
     pub(crate) fn uncoupled_coordinates(&self, kinds: &[ElementKind]) -> Vec<Vec<usize>> {
         let elements = self.formulas.elements.iter().filter(|element| kinds.contains(&element.kind()));
-        let energies: Vec<&[usize]> = elements.map(|element| element.q.as_slice()).collect();
+        let energies: Vec<&[usize]> = elements.map(|element| element.to.q.as_slice()).collect();
         let mut of_coordinate = vec![Vec::new(); self.n];
         for (e, q) in energies.iter().enumerate() {
             q.iter().for_each(|&i| of_coordinate[i].push(e));
@@ -138,7 +138,7 @@ mod tests {
             all.sort_unstable();
             assert!(all.into_iter().eq(0..system.n()));
             for energy in system.formulas.elements.iter().filter(|element| element.kind() == ElementKind::Kinetic) {
-                let shared = |list: &Vec<usize>| list.iter().filter(|i| energy.q.contains(i)).count();
+                let shared = |list: &Vec<usize>| list.iter().filter(|i| energy.to.q.contains(i)).count();
                 assert!(lists.iter().all(|list| shared(list) <= 1));
             }
         }

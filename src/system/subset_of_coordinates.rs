@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use super::formula::Component;
 use super::jet::{ElementKind, Number};
-use super::shape::Shape;
-use super::typed::{AnyElement, OnNumbers, Read, Slot, Values};
+use super::shape::{Shape, Slot};
+use super::typed::{AnyElement, OnNumbers, Read, Values};
 use crate::Scalar;
 
 /// Second derivatives of elements of two bodies with at most this many equations are stored in an array of fixed length.

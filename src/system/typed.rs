@@ -8,7 +8,7 @@ use num_dual::DualSVec;
 
 use super::formula::Component;
 use super::jet::{ElementKind, Number};
-use super::shape::Shape;
+use super::shape::{Shape, Slot};
 use crate::number::{Fingerprint, Hyper, hyper, hyper_parts};
 use crate::program::Symbol;
 use crate::{Cx, Scalar};
@@ -18,17 +18,6 @@ pub const SEEDS: usize = 4;
 
 /// A number with derivatives with respect to [`SEEDS`] arguments.
 pub type Wide<R> = DualSVec<R, SEEDS>;
-
-/// An argument of an element's formula, by the element's own number.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Slot {
-    Q(usize),
-    V(usize),
-    Sigma(usize),
-    U(usize),
-    T,
-    B(usize),
-}
 
 /// Returns the value of an argument.
 pub type Read<'a, R> = &'a dyn Fn(Slot) -> R;
@@ -41,15 +30,18 @@ pub trait OnNumbers<R> {
     fn phi(&self, _read: Read<R>, _put: &mut dyn FnMut(usize, R)) {}
 }
 
-/// The formula itself, T, V, Q or Φ, on numbers of type S.
+/// The formula itself, T, V, Q, Φ or a cost, on numbers of type S.
 pub trait Values<S> {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S));
 }
 
+/// A formula on the numbers by which it is recorded.
+pub trait Recordable: Values<f64> + Values<Symbol> + Values<Fingerprint> + Send + Sync {}
+
+impl<F: Values<f64> + Values<Symbol> + Values<Fingerprint> + Send + Sync + ?Sized> Recordable for F {}
+
 /// An element whose type is hidden.
-pub trait AnyElement:
-    OnNumbers<Cx> + OnNumbers<Hyper> + Values<f64> + Values<Symbol> + Values<Fingerprint> + Send + Sync
-{
+pub trait AnyElement: OnNumbers<Cx> + OnNumbers<Hyper> + Recordable {
     fn kind(&self) -> ElementKind;
 
     fn shape(&self) -> Shape;

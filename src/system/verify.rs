@@ -105,7 +105,7 @@ impl PlacedElement {
         // Avoids the kink of |x|, where either slope is correct.
         point.design.iter_mut().filter(|b| **b == 0.0).for_each(|b| *b = 0.3 * draw.number());
         let is_moderate = |x: &f64| *x == 0.0 || (1e-3..1e3).contains(&x.abs());
-        let is_near = element.q.iter().all(|&i| at.q[i].abs() <= 10.0);
+        let is_near = element.to.q.iter().all(|&i| at.q[i].abs() <= 10.0);
         if !is_near || !element.parameters(&point.design).iter().all(is_moderate) {
             return true;
         }

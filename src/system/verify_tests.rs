@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::batch::Covector;
 use super::block::Block;
+use super::connections::Connections;
 use super::constants::{Constants, Entry};
 use super::element::{Element, Recordings};
 use super::item::PlacedElement;
@@ -128,16 +129,8 @@ fn placed<const P: usize>(
         if there.is_empty() { Arc::new(formula) } else { Arc::new(Restricted { inner: Arc::new(formula), there }) };
     let Shape { n, m, k, p } = formula.shape();
     assert_eq!(p, P);
-    PlacedElement {
-        name: name.to_string(),
-        formula,
-        q: (0..n).collect(),
-        sigma: (0..m).collect(),
-        u: (0..k).collect(),
-        b: b.to_vec(),
-        timed: true,
-        is_recorded: false,
-    }
+    let to = Connections { q: (0..n).collect(), sigma: (0..m).collect(), u: (0..k).collect(), b: b.to_vec() };
+    PlacedElement::new(name, formula, to)
 }
 
 /// Summary of a comparison: the number of conclusive points, and whether some derivatives represent others.
@@ -159,7 +152,7 @@ pub(super) fn hold<const P: usize>(
     let zeros = || vec![0.1; 8];
     let (q, v, sigma, u) = (zeros(), zeros(), zeros(), zeros());
     let at = NodeView::of_equations([&q, &v, &sigma], (&u, 0.2, design));
-    let (formula, numbers) = Recordings::default().formula(kind, shape, &b, || element.record(&at));
+    let (formula, numbers) = Recordings::default().formula((kind, shape), element.to.bound(), || element.record(&at));
     assert!(formula.kernels.is_some(), "{name}");
     let is_relative = formula.varying.iter().any(|entry| entry.len() > 1);
     let recorded = element.element((0, 0), formula, numbers);
@@ -201,9 +194,9 @@ pub(super) fn bound() -> Param {
 fn assert_sines(element: &Element, design: &[f64], draw: &mut Draw, name: &str) {
     let Some(kernels) = element.formula.kernels.as_ref().filter(|_| element.formula.sinusoidal) else { return };
     let (parameters, angle) = (element.parameters(design), 3.0 * draw.number());
-    let mut constants = Constants::new(element.q.len());
+    let mut constants = Constants::new(element.to.q.len());
     element.add_constants(&parameters, &mut constants);
-    let (_, slopes) = kernels.at_state(&parameters, |which| if which < element.q.len() { angle } else { 0.0 });
+    let (_, slopes) = kernels.at_state(&parameters, |which| if which < element.to.q.len() { angle } else { 0.0 });
     let varying = element.formula.varying.iter().map(|relative| &relative.entry);
     let phi_q = varying.zip(slopes).filter(|(entry, _)| entry.block == Block::PhiQ);
     for ((entry, slope), wave) in phi_q.zip(&constants.waves) {
@@ -258,7 +251,8 @@ fn angles_are_on_the_same_side_of_the_cut() {
     let at = NodeView::of_equations([&q, &[0.0; 2], &[]], (&[], 0.0, &[]));
     let shape = Shape { n: 2, m: 0, k: 0, p: 1 };
     let record = || element.record(&at);
-    let (formula, numbers) = Recordings::default().formula(super::jet::ElementKind::Applied, shape, &element.b, record);
+    let (formula, numbers) =
+        Recordings::default().formula((super::jet::ElementKind::Applied, shape), element.to.bound(), record);
     let parameters = element.element((0, 0), formula.clone(), numbers).parameters(&[]);
     let kernels = formula.kernels.as_ref().expect("programs");
     let plain = OnTheCut.force(&ForcePoint { q: q.into(), v: [0.0; 2].into(), u: SVector::zeros(), t: 0.0 }, &[0.7].into());
