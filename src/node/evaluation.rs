@@ -163,7 +163,7 @@ impl Evaluation {
         sums.clear();
         let at = given.at(q, &x.v, &x.sigma);
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
-        formulas.first(system, &at, &mut self.workspace, (sums, rest));
+        formulas.first(system.batches(), &at, &mut self.workspace, (sums, rest));
         report.element_evaluations += formulas.assembly.elements();
         // Of the sums only 𝓛_q + Q is needed later.
         let [l_v, force, phi_dot] = sums.parts_mut();
@@ -265,7 +265,7 @@ impl Evaluation {
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to u, design variables and time, except constant ones.
     pub(crate) fn pull_back_inputs(&mut self, system: &System, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
-        formulas.pull_back_inputs(system, at, with, &mut self.workspace, rows);
+        formulas.pull_back_inputs(system.batches(), at, with, &mut self.workspace, rows);
     }
 
     /// Calls `show` for each element that may bend within a step, with `chord` as the ends of the step and the change of its arguments.
@@ -277,7 +277,7 @@ impl Evaluation {
         show: &mut dyn FnMut(Within),
     ) {
         let formulas = self.formulas.as_ref().unwrap_or(system.formulas());
-        formulas.look_within(system, chord, with, &mut self.workspace, show);
+        formulas.look_within(system.batches(), chord, with, &mut self.workspace, show);
     }
 
     /// Adds −μ e, the adjoint rows of the compliances.

@@ -309,7 +309,7 @@ impl Scene {
             u: u.iter().map(|u| u.index()).collect(),
             b: b.to_vec(),
         };
-        self.parts.push((of, there), PlacedElement::new(name, formula, to));
+        self.parts.batches.push((of, there), PlacedElement::new(name, formula, to));
     }
 
     /// Adds the equations of a constraint.

@@ -11,13 +11,13 @@
 
 use super::acceleration_kernels::{AccelerationKernels, rows_along, tangents};
 use super::argument::Argument;
-use super::batch::{Covector, Pair};
 use super::branches::Branches;
 use super::cost::CostRows;
 use super::element::Element;
 use super::element_programs::{Alike, ElementPrograms};
 use super::formula::Component;
 use super::point::Layout;
+use super::vectors::{Covector, Pair};
 use super::view::NodeView;
 use crate::{Error, System};
 

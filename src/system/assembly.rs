@@ -1,17 +1,17 @@
 //! [`Assembly`]: the elements that are evaluated at every point, grouped by formula, and the destinations of their results.
 
 use super::argument::Argument;
-use super::batch::{Covector, InputRows, StateRows, Sums, Within};
+use super::batch::Batches;
 use super::block::BlockEntry;
 use super::difference::RelativeEntry;
-use super::element::{Element, Formulas};
+use super::element::Element;
 use super::element_programs::Alike;
 use super::formula::{Component, Kernels};
 use super::point::Layout;
 use super::products::{Products, Wanted};
 use super::scatter::Scatter;
+use super::vectors::{Covector, InputRows, StateRows, Sums, Within};
 use super::view::NodeView;
-use crate::System;
 use crate::number::larger;
 use crate::program::{Lanes, Places};
 
@@ -206,11 +206,18 @@ impl Assembly {
     }
 }
 
+/// The elements of a scene with their formulas, and the assembly of those that are evaluated at every point.
+#[derive(Clone, Debug)]
+pub struct Formulas {
+    pub elements: Vec<Element>,
+    pub assembly: Assembly,
+}
+
 impl Formulas {
     /// Adds 𝓛_v, 𝓛_q + Q and dΦ/dt of all elements except constant and sinusoidal ones; also writes the blocks of elements that num-dual evaluates.
     pub(crate) fn first(
         &self,
-        system: &System,
+        batches: &Batches,
         at: &NodeView<f64>,
         workspace: &mut Workspace,
         (sums, blocks): (&mut Sums<f64>, &mut [f64]),
@@ -224,7 +231,7 @@ impl Formulas {
         let mut rest = &mut blocks[assembly.block_len() - assembly.dual_len..];
         for &e in &assembly.dual {
             let (own, after) = rest.split_at_mut(elements[e].formula.varying.len());
-            system.item(elements[e].place).evaluate(at, sums, own);
+            batches.item(elements[e].place).evaluate(at, sums, own);
             rest = after;
         }
     }
@@ -232,7 +239,7 @@ impl Formulas {
     /// Adds the derivatives with respect to u (except for constant elements), design variables and time.
     pub(crate) fn pull_back_inputs(
         &self,
-        system: &System,
+        batches: &Batches,
         at: &NodeView<f64>,
         with: &Covector,
         workspace: &mut Workspace,
@@ -259,14 +266,14 @@ impl Formulas {
             });
         }
         for &e in &assembly.dual_inputs {
-            system.item(elements[e].place).pull_back_inputs(at, with, rows);
+            batches.item(elements[e].place).pull_back_inputs(at, with, rows);
         }
     }
 
     /// Reports the nonlinearity of each element that may be nonlinear within a step between `ends`; `change` is the change of the arguments.
     pub(crate) fn look_within(
         &self,
-        system: &System,
+        batches: &Batches,
         (ends, change): ([&NodeView<f64>; 2], &NodeView<f64>),
         with: &Covector,
         workspace: &mut Workspace,
@@ -286,7 +293,7 @@ impl Formulas {
                 begin += group.elements.len();
             }
             for (i, &e) in assembly.bending.iter().enumerate().skip(begin) {
-                let [value, rate] = system.item(elements[e].place).along(at, change, with);
+                let [value, rate] = batches.item(elements[e].place).along(at, change, with);
                 (values[end][0][i], values[end][1][i]) = (value, rate);
             }
         }

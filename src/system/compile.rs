@@ -1,14 +1,17 @@
 //! Compilation of the parts of a scene into a [`System`], and detection of formulas that have changed when a motion begins.
 
-use super::cost_terms::Terms;
+use super::assembly::Formulas;
+use super::batch::Batches;
 use super::costs::Costs;
-use super::element::{Element, Formulas, Recordings};
+use super::element::Element;
 use super::jet::ElementKind;
 use super::names::Names;
 use super::parameters::Parameters;
 use super::point::Layout;
+use super::recordings::Recordings;
 use super::scene_parts::{Parts, Required};
-use super::{Batch, CostMemory, NodeView, Positions, System, structure};
+use super::terms::Terms;
+use super::{CostMemory, NodeView, Positions, System, structure};
 use crate::model::Param;
 use crate::number::{Fingerprint, take_look};
 use crate::{Error, memory};
@@ -22,7 +25,7 @@ impl System {
         let gravity = scene.gravity.map(|g| g.unwrap_or(0.0.into()));
         let mut parameters = Parameters::new(scene.designs.len(), std::mem::take(&mut scene.expressions));
         let mut resolve = |param: Param| parameters.resolve(param, &gravity);
-        scene.batches.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
+        scene.batches.0.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
         scene.costs.resolve(&mut resolve);
         scene.positive.iter_mut().for_each(|required| required.param = resolve(required.param));
         parameters.differentiate();
@@ -36,7 +39,7 @@ impl System {
         let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
         let at = NodeView::of_equations([&scene.initial, v, sigma], (u, 0.0, &values));
         let mut recordings = Recordings::new(without_programs);
-        batches.iter_mut().for_each(|batch| batch.prepare(&at, &mut recordings));
+        batches.0.iter_mut().for_each(|batch| batch.prepare(&at, &mut recordings));
         let elements = recordings.elements;
         costs.prepare(&at, without_programs);
         check_inertia(&elements, &names, n)?;
@@ -54,7 +57,7 @@ impl System {
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
         let terms = Terms::new(&costs, names.outputs.len());
         let (initial, positive) = (scene.initial, scene.positive);
-        let (costs_compiled, fingerprint) = (fingerprint(&[], &costs), fingerprint(&batches, &costs));
+        let (costs_compiled, fingerprint) = (fingerprint(None, &costs), fingerprint(Some(&batches), &costs));
         let mut system = System {
             n,
             m,
@@ -83,9 +86,15 @@ impl System {
         Ok(system)
     }
 
+    pub(crate) fn check_design(&self, design: &[f64]) -> Result<(), Error> {
+        let values = self.parameters.values(design);
+        self.parameters.check(&values, &self.names.designs)?;
+        check_positive(&self.positive, &values)
+    }
+
     /// Identifies the present formulas.
     pub(crate) fn fingerprint(&self) -> u64 {
-        fingerprint(&self.batches, &self.costs)
+        fingerprint(Some(&self.batches), &self.costs)
     }
 
     /// The formulas at an initial state if they differ from those that were compiled, otherwise `None`.
@@ -123,7 +132,7 @@ impl System {
     /// # Errors
     /// A cost depends on other arguments than when it was compiled; the motion does not provide these.
     pub(crate) fn costs_now(&self, at: &NodeView<f64>) -> Result<u64, Error> {
-        let now = fingerprint(&[], &self.costs);
+        let now = fingerprint(None, &self.costs);
         let changed = (now != self.costs_compiled).then(|| self.costs.find_changed(at)).flatten();
         changed.map_or(Ok(now), |cost| Err(Error::Changed { element: cost.to_string() }))
     }
@@ -146,10 +155,10 @@ impl System {
     }
 }
 
-fn fingerprint(batches: &[Batch], costs: &Costs) -> u64 {
+fn fingerprint(batches: Option<&Batches>, costs: &Costs) -> u64 {
     let mut sum = Fingerprint::NONE;
     take_look();
-    batches.iter().flat_map(|batch| &batch.items).for_each(|item| item.fingerprint(&mut sum));
+    batches.into_iter().flat_map(Batches::items).for_each(|item| item.fingerprint(&mut sum));
     costs.fingerprint(&mut sum);
     sum.value(take_look())
 }

@@ -6,19 +6,11 @@
 //!   𝓛_v += A_vv v + A_vq q + Φ_qᵀσ + a_v      𝓛_q + Q += A_qv v + A_qq q + Q_u u + a_q      dΦ/dt += Φ_q v
 //! ```
 
-use super::batch::{Covector, Positions, StateRows, Sums};
 use super::block::{Block, BlockEntry};
 use super::sinusoidal_constraints::SinusoidalTerm;
+use super::vectors::{Covector, Entry, Positions, StateRows, Sums};
 use super::view::NodeView;
 use crate::system::{Given, KnownPart};
-
-/// An entry of a sparse matrix.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Entry {
-    pub row: usize,
-    pub col: usize,
-    pub value: f64,
-}
 
 /// Constant derivatives of all elements, in the scene's numbering.
 #[derive(Clone, Debug, Default)]

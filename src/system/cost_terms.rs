@@ -1,107 +1,14 @@
-//! [`Terms`]: the terms that J and the outputs are sums of, how each is summed, and which quantities of a node it needs.
+//! Which terms J and the outputs have, how each is summed, and what it depends on.
 
-use super::System;
-use super::connections::Connections;
 use super::cost_factors::CostFactors;
+use super::cost_use::{Depends, Term};
 use super::costs::Costs;
 use super::plain::add_costs;
-use super::shape::Slot;
 use super::view::NodeView;
 use super::weights::Weights;
+use crate::System;
 use crate::model::element::Sum;
 use crate::number::Real;
-use crate::program::Obstacle;
-
-/// Description of a cost without its formula.
-pub struct Term<'a> {
-    pub name: &'a str,
-    /// 0 for J, or 1 + the number of the output.
-    pub output: usize,
-    pub sum: Sum,
-    pub uses: CostUse,
-    pub has_program: bool,
-    /// The reason why the cost has no program, unless programs were disabled.
-    pub obstacle: Option<Obstacle>,
-    pub to: &'a Connections,
-}
-
-/// Properties of all costs together.
-#[derive(Clone)]
-pub struct Terms {
-    /// Whether J (first) and each output have a term before the last node.
-    running: Vec<bool>,
-    /// Whether any cost is summed with the weights of the scheme.
-    integral: bool,
-    /// The last single node at which a cost is evaluated, and the name of the cost.
-    last_node: Option<(usize, String)>,
-    /// The quantities that any of the costs needs.
-    uses: CostUse,
-}
-
-impl Terms {
-    pub fn new(costs: &Costs, outputs: usize) -> Self {
-        let all: Vec<Term> = costs.terms().collect();
-        let mut running = vec![false; 1 + outputs];
-        all.iter().filter(|term| term.sum != Sum::Terminal).for_each(|term| running[term.output] = true);
-        let single =
-            all.iter().filter_map(|term| if let Sum::Node(node) = term.sum { Some((node, term.name)) } else { None });
-        let last_node = single.max_by_key(|(node, _)| *node).map(|(node, name)| (node, name.to_string()));
-        let integral = all.iter().any(|term| term.sum == Sum::Integral);
-        let uses = all.iter().fold(CostUse::NONE, |uses, term| uses.and(term.uses));
-        Terms { running, integral, last_node, uses }
-    }
-}
-
-/// Whether a cost depends on a quantity; `Perhaps` if its formula cannot be recorded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Depends {
-    Never,
-    Perhaps,
-    Always,
-}
-
-/// Quantities of a node, other than y and u, that costs need.
-#[derive(Clone, Copy, Debug)]
-pub struct CostUse {
-    /// v̇ or λ.
-    pub accelerations: Depends,
-    /// u̇.
-    pub control_rates: Depends,
-    /// t.
-    pub time: Depends,
-    /// σ, or p* or ṗ*, which contain it.
-    pub multipliers: Depends,
-}
-
-impl CostUse {
-    pub const NONE: Self = CostUse::all(Depends::Never);
-    pub const UNKNOWN: Self = CostUse::all(Depends::Perhaps);
-
-    const fn all(depends: Depends) -> Self {
-        CostUse { accelerations: depends, control_rates: depends, time: depends, multipliers: depends }
-    }
-
-    /// The quantities needed by a cost that depends on these arguments.
-    pub fn of(arguments: impl Iterator<Item = Slot>) -> Self {
-        arguments.fold(CostUse::NONE, |uses, of| match of {
-            Slot::VDot(_) | Slot::Lambda(_) => CostUse { accelerations: Depends::Always, ..uses },
-            Slot::UDot(_) => CostUse { control_rates: Depends::Always, ..uses },
-            Slot::T => CostUse { time: Depends::Always, ..uses },
-            Slot::Sigma(_) | Slot::PStar(_) | Slot::PStarDot(_) => CostUse { multipliers: Depends::Always, ..uses },
-            _ => uses,
-        })
-    }
-
-    /// The quantities needed by either of two costs.
-    pub fn and(self, other: CostUse) -> Self {
-        CostUse {
-            accelerations: self.accelerations.max(other.accelerations),
-            control_rates: self.control_rates.max(other.control_rates),
-            time: self.time.max(other.time),
-            multipliers: self.multipliers.max(other.multipliers),
-        }
-    }
-}
 
 impl System {
     pub(crate) fn costs(&self) -> &Costs {

@@ -1,11 +1,11 @@
 //! Directional derivatives of an element by num-dual: ε₂ for the direction, ε₁ for one argument.
 
-use super::batch::{Covector, Pair, Sums};
 use super::cost::CostRows;
 use super::formula::Component;
 use super::item::PlacedElement;
 use super::shape::Slot;
 use super::typed::OnNumbers;
+use super::vectors::{Covector, Pair, Sums};
 use super::view::NodeView;
 use crate::number::{Hyper, hyper, hyper_parts};
 

@@ -18,12 +18,12 @@ use nalgebra::DMatrix;
 use std::collections::{BTreeSet, VecDeque};
 use std::ops::Range;
 
-use super::batch::Batch;
+use super::batch::Batches;
 use super::block::Block;
-use super::constants::Entry;
 use super::difference::RelativeEntry;
 use super::element::Element;
 use super::jet::ElementKind;
+use super::vectors::Entry;
 use super::view::NodeView;
 use crate::linear::{Branch, Group, equilibrate};
 use crate::number::guarded;
@@ -51,7 +51,7 @@ pub(super) struct Groups {
 }
 
 pub(super) fn groups(
-    (elements, batches): (&[Element], &[Batch]),
+    (elements, batches): (&[Element], &Batches),
     (blocks, inertia): (&[Range<usize>], &[f64]),
     (n, m): (usize, usize),
     at: &NodeView<f64>,
@@ -219,9 +219,9 @@ fn restricted(phi_q: &[Vec<Entry>], rows: &[usize], block: &Range<usize>) -> DMa
 }
 
 /// Φ_q by rows.
-fn jacobian(batches: &[Batch], m: usize, at: &NodeView<f64>) -> Vec<Vec<Entry>> {
+fn jacobian(batches: &Batches, m: usize, at: &NodeView<f64>) -> Vec<Vec<Entry>> {
     let mut entries = Vec::new();
-    for batch in batches {
+    for batch in &batches.0 {
         // Missing rows are not owned by any body.
         guarded(|| batch.items.iter().for_each(|item| item.phi_q(at, &mut entries)));
     }

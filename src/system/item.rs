@@ -3,15 +3,15 @@
 use std::sync::Arc;
 
 use super::argument::{Argument, distinct};
-use super::batch::{Covector, InputRows, Sums};
 use super::connections::Connections;
-use super::constants::Entry;
 use super::element::Element;
 use super::formula::{Component, Formula};
 use super::jet::{ElementKind, Number};
 use super::placed::Placed;
 use super::shape::Slot;
 use super::typed::{AnyElement, OnNumbers, Values};
+use super::vectors::Entry;
+use super::vectors::{Covector, InputRows, Sums};
 use super::view::NodeView;
 use crate::Scalar;
 use crate::number::{Hyper, hyper, hyper_parts};

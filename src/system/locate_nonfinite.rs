@@ -4,37 +4,17 @@ use super::argument::Argument;
 use super::cost::CostRows;
 use super::cost_second_order::CostSecondOrder;
 use super::item::PlacedElement;
+use super::suspect::Suspect;
+use super::vectors::Covector;
 use super::view::NodeView;
 use super::weights::Weights;
-use super::{Covector, System};
 use crate::Error;
+use crate::System;
 use crate::error::quoted;
 use num_dual::Dual64;
 
-/// The element whose formula is not finite, and the arguments that cause it.
-pub struct Suspect<'a> {
-    pub element: &'a str,
-    pub arguments: Vec<Argument>,
-}
-
 /// The largest number of arguments that are listed.
 const MOST: usize = 4;
-
-impl<'a> Suspect<'a> {
-    /// The first of several named formulas whose derivatives are not finite; `rows` is overwritten.
-    pub(super) fn first<T>(
-        formulas: impl IntoIterator<Item = (&'a str, T)>,
-        rows: &mut CostRows,
-        add: impl Fn(T, &mut CostRows),
-    ) -> Option<Self> {
-        let element = formulas.into_iter().find_map(|(name, formula)| {
-            rows.clear();
-            add(formula, rows);
-            (!rows.is_finite()).then_some(name)
-        })?;
-        Some(Suspect { element, arguments: rows.bad_arguments() })
-    }
-}
 
 /// Formats a number with six significant digits.
 fn number(value: f64) -> String {

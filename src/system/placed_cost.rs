@@ -9,7 +9,7 @@ use super::connections::Connections;
 use super::cost::CostRows;
 use super::cost_formula::CostFormula;
 use super::cost_second_order::CostSecondOrder;
-use super::cost_terms::{CostUse, Term};
+use super::cost_use::{CostUse, Term};
 use super::jet::Number;
 use super::placed::Placed;
 use super::plain_cost::{AnyCost, CostOfLists, value};

@@ -7,12 +7,14 @@ use nalgebra::DMatrix;
 use num_dual::Dual64;
 
 use super::System;
-use super::batch::{Batch, Sums};
+use super::batch::Batch;
 use super::cost_factors::CostFactors;
 use super::costs::Costs;
 use super::item::PlacedElement;
+use super::jet::ElementKind;
 use super::plain_cost::AnyCost;
 use super::typed::{AnyElement, OnNumbers, Values};
+use super::vectors::Sums;
 use super::view::{NodeValues, NodeView};
 use super::weights::Weights;
 use crate::Cx;
@@ -141,10 +143,33 @@ pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, a
 pub type ElementSums = fn(&System, &NodeView<Dual64>, &mut Sums<Dual64>);
 
 impl System {
+    /// Evaluates 𝓛_v, 𝓛_q + Q and dΦ/dt by the plain formulas, on any number type.
+    pub(crate) fn plain_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
+        sums.clear();
+        add_sums(self.batches.0.iter(), at, sums);
+    }
+
+    /// The contributions of the kinetic energies alone: T_v and T_q.
+    pub(crate) fn kinetic_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
+        sums.clear();
+        add_sums(self.batches.of_kind(ElementKind::Kinetic), at, sums);
+    }
+
+    /// T and V.
+    pub(crate) fn energies(&self, at: &NodeView<f64>) -> [f64; 2] {
+        let of = |kind| self.batches.of_kind(kind).flat_map(|batch| &batch.items).map(|item| item.energy(at)).sum();
+        [ElementKind::Kinetic, ElementKind::Potential].map(of)
+    }
+
+    /// Φ(q, t).
+    pub(crate) fn phi<R: Real>(&self, at: &NodeView<R>, phi: &mut [R]) {
+        write_phi(self.batches.0.iter(), at, phi);
+    }
+
     /// T, V, Q and Φ of all elements, for recording.
     pub(crate) fn symbols(&self, at: &NodeView<Symbol>) -> Vec<Symbol> {
         let mut all = Vec::new();
-        for item in self.batches.iter().flat_map(|batch| &batch.items) {
+        for item in self.batches.items() {
             Values::<Symbol>::values(&*item.formula, &|slot| item.to.read(at, slot), &mut |value| all.push(value));
         }
         all

@@ -1,10 +1,10 @@
 //! [`Layout`]: the layout of a point, a list of all arguments of all elements.
 
-use super::batch::Covector;
 use super::connections::Connections;
 use super::element::Element;
 use super::formula::Component;
 use super::shape::{Place, Slot};
+use super::vectors::Covector;
 use super::view::NodeView;
 
 /// The numbers of coordinates, equations and controls of a scene. A point contains q, v, σ, u, t, then c, d, e, then the rates of q, v, σ, u, t and,

@@ -4,13 +4,14 @@
 //!   Φ_j = c_j + Σ a q + Σ (α sin q + β cos q),      c_j = Φ_j(0) − Σ β
 //! ```
 
-use super::constants::{Constants, Entry};
+use super::constants::Constants;
 use super::element::Element;
 use super::element_programs::{Alike, ElementPrograms};
 use super::formula::Formula;
 use super::jet::ElementKind;
 use super::point::Layout;
 use super::sinusoidal_constraints::Sines;
+use super::vectors::Entry;
 use super::view::NodeView;
 use crate::System;
 use crate::program::Kernel;

@@ -6,6 +6,7 @@ use super::block::{Block, BlockEntry};
 use super::element::Element;
 use super::formula::{Component, Kernels};
 use super::shape::{Place, Slot};
+use crate::System;
 use crate::program::{Kernel, Program};
 
 impl Slot {
@@ -65,8 +66,15 @@ impl BlockEntry {
     }
 }
 
+impl System {
+    /// The programs of the element `name` as text: the instructions that run once and those that run at every point.
+    pub fn program(&self, name: &str) -> Option<String> {
+        self.formulas.elements.iter().find(|element| element.name == name).map(print)
+    }
+}
+
 /// The text of all programs of an element.
-pub(super) fn print(element: &Element) -> String {
+fn print(element: &Element) -> String {
     let mut text = String::new();
     // Writing to a string cannot fail.
     let _ = write_all(element, &mut text);

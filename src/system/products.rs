@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
-use super::batch::{Covector, StateRows, Sums};
 use super::block::{Block, BlockEntry};
 use super::difference::RelativeEntry;
 use super::element::Element;
+use super::vectors::{Covector, StateRows, Sums};
 use super::view::NodeView;
 use crate::number::{StridedDifference, by_fours};
 

@@ -1,11 +1,9 @@
 //! The parts from which a system is compiled.
 
-use std::any::TypeId;
 use std::ops::Range;
 
-use super::batch::Batch;
+use super::batch::Batches;
 use super::costs::Costs;
-use super::item::PlacedElement;
 use crate::model::{Param, Sketch};
 use crate::program::Graph;
 
@@ -31,20 +29,10 @@ pub(crate) struct Parts {
     pub(crate) equations: usize,
     pub(crate) gravity: [Option<Param>; 3],
     pub(crate) sketch: Sketch,
-    pub(crate) batches: Vec<Batch>,
+    pub(crate) batches: Batches,
     pub(crate) costs: Costs,
     /// Parameters whose values are restricted to a range, with descriptions.
     pub(crate) positive: Vec<Required>,
-}
-
-impl Parts {
-    /// Adds an element to the batch of its type and coordinates.
-    pub(crate) fn push(&mut self, of: (TypeId, &'static [usize]), item: PlacedElement) {
-        match self.batches.iter_mut().find(|batch| batch.of == of) {
-            Some(batch) => batch.items.push(item),
-            None => self.batches.push(Batch { of, items: vec![item] }),
-        }
-    }
 }
 
 /// A parameter that must be positive, or nonnegative if `may_be_zero`.

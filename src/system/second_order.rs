@@ -1,12 +1,12 @@
 //! Third derivatives of 𝓛 and second derivatives of Q along a direction, element by element, for second-order sweeps.
 
 use super::argument::Argument;
-use super::batch::{Covector, Sums};
 use super::cost::CostRows;
 use super::element::Element;
 use super::element_programs::{Alike, ElementPrograms};
 use super::point::Layout;
 use super::second_order_kernels::SecondOrderKernels;
+use super::vectors::{Covector, Sums};
 use super::view::NodeView;
 use crate::System;
 

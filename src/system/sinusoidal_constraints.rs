@@ -10,8 +10,8 @@
 //!
 //! The tests compare these expressions with the plain formulas.
 
-use super::batch::{Covector, StateRows, Sums};
 use super::cost::CostRows;
+use super::vectors::{Covector, StateRows, Sums};
 use super::view::NodeView;
 use crate::number::{Known, minus_product, plus_product};
 

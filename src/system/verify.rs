@@ -1,12 +1,12 @@
 //! Comparison of programs with num-dual on the plain formula, which is the reference: in debug builds whenever a scene is compiled, and in tests.
 
-use super::batch::{Covector, Sums};
 use super::block::BlockEntry;
 use super::constants::Constants;
 use super::element::Element;
 use super::item::PlacedElement;
 use super::jet::ElementKind;
 use super::point::Layout;
+use super::vectors::{Covector, Sums};
 use super::view::{NodeValues, NodeView};
 
 /// Pseudorandom numbers between −1 and 1 from a linear congruential generator with a fixed seed.

@@ -3,15 +3,17 @@
 use nalgebra::SVector;
 use std::sync::Arc;
 
-use super::batch::Covector;
 use super::block::Block;
 use super::connections::Connections;
-use super::constants::{Constants, Entry};
-use super::element::{Element, Recordings};
+use super::constants::Constants;
+use super::element::Element;
 use super::item::PlacedElement;
+use super::recordings::Recordings;
 use super::shape::Shape;
 use super::subset_of_coordinates::Restricted;
 use super::typed::AnyElement;
+use super::vectors::Covector;
+use super::vectors::Entry;
 use super::verify::{Compared, Draw};
 use super::view::{NodeValues, NodeView};
 use super::{Applied, Fixed, Holonomic, Kinetic, Potential};

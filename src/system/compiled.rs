@@ -1,0 +1,351 @@
+//! [`System`]: a compiled scene.
+
+use std::collections::HashSet;
+use std::ops::Range;
+
+use nalgebra::DVector;
+
+use super::assembly::Formulas;
+use super::batch::Batches;
+use super::costs::Costs;
+use super::item::PlacedElement;
+use super::names::Names;
+use super::parameters::Parameters;
+use super::point::Layout;
+use super::scene_parts::Required;
+use super::sinusoidal_constraints::Sines;
+use super::terms::Terms;
+use super::vectors::Entry;
+use super::vectors::Positions;
+use super::view::NodeView;
+use crate::Error;
+use crate::linear::{Breakdown, Symbolic};
+use crate::model::{Control, Coordinate, Handle, Output, Param, Shape, Sketch};
+use crate::program::Obstacle;
+
+/// Rounding error allowed in a sum, relative to its terms.
+const ROUNDED: f64 = 8.0 * f64::EPSILON;
+
+/// A compiled mechanism: n coordinates, m constraint equations, k controls.
+///
+/// It is immutable and can be shared between threads; [`Solver`](crate::Solver) contains the data of a run.
+#[derive(Clone)]
+pub struct System {
+    pub(super) n: usize,
+    pub(super) m: usize,
+    pub(super) k: usize,
+    pub(super) batches: Batches,
+    pub(super) formulas: Formulas,
+    pub(super) costs: Costs,
+    pub(super) terms: Terms,
+    pub(super) symbolic: Symbolic,
+    pub(super) positions: Positions,
+    pub(super) sines: Sines,
+    pub(super) loop_equations: Vec<usize>,
+    /// The energies that may be undefined at points where their derivatives are defined, by batch and item.
+    pub(super) partly_defined: Vec<(usize, usize)>,
+    pub(super) names: Names,
+    pub(super) initial: Vec<f64>,
+    pub(super) design: Vec<f64>,
+    pub(super) parameters: Parameters,
+    pub(super) positive: Vec<Required>,
+    pub(super) sketch: Sketch,
+    /// The number of the scene.
+    pub(super) scene: u64,
+    /// Fingerprint of the formulas that were compiled, and of those of the costs alone.
+    pub(super) fingerprint: u64,
+    pub(super) costs_compiled: u64,
+    /// Whether any formula reads values.
+    pub(super) reads_values: bool,
+}
+
+impl System {
+    /// The number of coordinates.
+    pub fn n(&self) -> usize {
+        self.n
+    }
+
+    /// The number of constraint equations.
+    pub fn m(&self) -> usize {
+        self.m
+    }
+
+    /// The number of control channels (the paper's k).
+    pub fn k(&self) -> usize {
+        self.k
+    }
+
+    /// The number of design variables.
+    pub fn designs(&self) -> usize {
+        self.design.len()
+    }
+
+    /// The number of outputs in addition to J.
+    pub fn outputs(&self) -> usize {
+        self.names.outputs.len()
+    }
+
+    /// True if the output is only reported; optimisers constrain it only when told to.
+    pub(crate) fn is_report_only(&self, output: usize) -> bool {
+        self.names.looked_at.contains(&output)
+    }
+
+    /// The initial coordinates given in the scene, m or rad.
+    pub fn initial_coordinates(&self) -> DVector<f64> {
+        DVector::from_column_slice(&self.initial)
+    }
+
+    /// The values of the design variables given in the scene.
+    pub fn design_values(&self) -> DVector<f64> {
+        DVector::from_column_slice(&self.design)
+    }
+
+    /// The handle of coordinate `i`, as returned by the scene.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`n`](Self::n).
+    pub fn coordinate(&self, i: usize) -> Coordinate {
+        assert!(i < self.n, "there are {} coordinates; index {i} does not exist", self.n);
+        Coordinate(Handle::of(self.scene, i))
+    }
+
+    /// The handle of control `i`, as returned by the scene.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`k`](Self::k).
+    pub fn control(&self, i: usize) -> Control {
+        assert!(i < self.k, "there are {} controls; index {i} does not exist", self.k);
+        Control(Handle::of(self.scene, i))
+    }
+
+    /// Whether a handle belongs to the scene from which this system was compiled.
+    pub(crate) fn owns(&self, handle: Handle) -> bool {
+        handle.scene() == self.scene
+    }
+
+    /// The index of an output.
+    ///
+    /// # Panics
+    /// If the output belongs to another scene.
+    pub(crate) fn place_of(&self, output: Output) -> usize {
+        assert!(self.owns(output.0), "output {} belongs to another scene", output.index());
+        output.index()
+    }
+
+    /// Whether a parameter belongs to the scene from which this system was compiled.
+    pub(crate) fn knows(&self, param: Param) -> bool {
+        param.belongs_to(self.scene)
+    }
+
+    /// Size s and width r of each node of the elimination tree, in the order of elimination. Such a node consists of s unknowns that are
+    /// coupled with r unknowns eliminated later, and needs s (s + r)² multiplications per factorisation. All other unknowns are condensed,
+    /// that is, eliminated in advance, once per step length.
+    pub fn elimination(&self) -> Vec<[usize; 2]> {
+        self.symbolic.nodes().map(|(size, width)| [size, width]).collect()
+    }
+
+    pub(crate) fn symbolic(&self) -> &Symbolic {
+        &self.symbolic
+    }
+
+    /// The layout of the arguments of elements in a point.
+    pub(super) fn layout(&self) -> Layout {
+        Layout { n: self.n, m: self.m, k: self.k }
+    }
+
+    /// The elements with their formulas on any numbers.
+    pub(crate) fn batches(&self) -> &Batches {
+        &self.batches
+    }
+
+    /// An element, given its batch and its index in the batch.
+    pub(super) fn item(&self, place: (usize, usize)) -> &PlacedElement {
+        self.batches.item(place)
+    }
+
+    pub(crate) fn placed(&self) -> impl Iterator<Item = &PlacedElement> {
+        self.batches.items()
+    }
+
+    /// The formulas of the elements as they were compiled.
+    pub(crate) fn formulas(&self) -> &Formulas {
+        &self.formulas
+    }
+
+    /// The elements and costs without a program, with the reason. num-dual differentiates them at every point, which is slower but as
+    /// exact.
+    pub fn without_programs(&self) -> impl Iterator<Item = (&str, &'static str)> {
+        let elements = self.formulas.elements.iter().filter(|element| element.formula.kernels.is_none());
+        let costs = self.costs.terms().filter(|cost| !cost.has_program);
+        let of_elements = elements.map(|element| (element.name.as_str(), element.formula.obstacle));
+        of_elements.chain(costs.map(|cost| (cost.name, cost.obstacle))).map(|(name, obstacle)| {
+            let why = match obstacle {
+                None => "the scene was compiled without programs",
+                Some(Obstacle::Branches) => "its formula depends on a plain value (`re()`, a comparison, a branch)",
+                Some(Obstacle::IsTooLong) => "its derivatives have too many operations to be compiled into a program",
+                Some(Obstacle::Panics) => "its formula panics at the initial positions of the scene",
+            };
+            (name, why)
+        })
+    }
+
+    /// The number of elements that may be nonlinear within a step: their derivatives vary other than as sines.
+    pub(crate) fn bending(&self) -> usize {
+        self.formulas.assembly.bending()
+    }
+
+    pub(crate) fn may_bend(&self) -> bool {
+        self.bending() > 0
+    }
+
+    /// The name of an element, given its number.
+    pub(crate) fn element_name(&self, element: usize) -> &str {
+        &self.formulas.elements[element].name
+    }
+
+    /// The positions of the unknowns of a step in the solver's order.
+    pub(crate) fn positions(&self) -> &Positions {
+        &self.positions
+    }
+
+    /// The sinusoidal constraints, with coefficients for the design values of the scene.
+    pub(crate) fn sines(&self) -> &Sines {
+        &self.sines
+    }
+
+    /// The constraint equations that close loops; only these can depend on other equations, in any position of the mechanism.
+    pub(crate) fn loop_equations(&self) -> &[usize] {
+        &self.loop_equations
+    }
+
+    /// The entries of Φ_q.
+    pub(crate) fn phi_q(&self, at: &NodeView<f64>) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        self.placed().for_each(|item| item.phi_q(at, &mut entries));
+        entries
+    }
+
+    /// Sets to zero those components of Φ that rounding of the coordinates explains, or of dΦ/dt that rounding of the velocities explains: at most
+    /// a few units in the last place of the terms Φ_q q, or Φ_q v. No other coordinates or velocities could reduce them.
+    pub(crate) fn take_rounding(&self, at: &NodeView<f64>, of: &[f64], values: &mut [f64]) {
+        let mut terms = vec![0.0; self.m];
+        self.phi_q(at).iter().for_each(|entry| terms[entry.row] += (entry.value * of[entry.col]).abs());
+        for (value, terms) in values.iter_mut().zip(terms) {
+            if terms.is_finite() && value.abs() <= ROUNDED * terms {
+                *value = 0.0;
+            }
+        }
+    }
+
+    /// The number of stored derivatives at one node.
+    pub(crate) fn block_len(&self) -> usize {
+        self.sines.block_len() + self.formulas.assembly.block_len()
+    }
+
+    /// The drawing of the scene.
+    pub(crate) fn sketch(&self) -> &Sketch {
+        &self.sketch
+    }
+
+    /// The parameters of elements: design variables and expressions of them.
+    pub(crate) fn parameters(&self) -> &Parameters {
+        &self.parameters
+    }
+
+    /// Whether there are energies that may not be finite at points where their derivatives are.
+    pub(crate) fn has_partly_defined_energies(&self) -> bool {
+        !self.partly_defined.is_empty()
+    }
+}
+
+/// Names.
+impl System {
+    /// The name of an output.
+    ///
+    /// # Panics
+    /// If `k` is not less than [`outputs`](Self::outputs).
+    pub fn output_name(&self, k: usize) -> &str {
+        &self.names.outputs[k]
+    }
+
+    /// The name of a coordinate: the name of its group and its own name.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`n`](Self::n).
+    pub fn coordinate_name(&self, i: usize) -> &str {
+        &self.names.coordinates[i]
+    }
+
+    /// The name of a constraint equation: the name of the constraint and the number of the equation within the constraint.
+    ///
+    /// # Panics
+    /// If `j` is not less than [`m`](Self::m).
+    pub fn equation_name(&self, j: usize) -> &str {
+        &self.names.equations[j]
+    }
+
+    /// Pairs of equations that are the components of one vector, as for hinges and welds.
+    pub(crate) fn vector_equations(&self) -> impl Iterator<Item = Range<usize>> {
+        let joints = self.sketch().drawn.iter().filter(|drawn| matches!(drawn.shape, Shape::Hinge | Shape::Weld));
+        let joints: HashSet<&str> = joints.map(|drawn| drawn.name.as_str()).collect();
+        let starts = self.names.constraints.iter().scan(0, |next, (name, count)| {
+            let first = *next;
+            *next += count;
+            Some((first, name, *count))
+        });
+        let of_joints = starts.filter(move |(_, name, count)| *count >= 2 && joints.contains(name.as_str()));
+        of_joints.map(|(first, ..)| first..first + 2)
+    }
+
+    /// The names of the constraints with their numbers of equations, in the order of the equations.
+    #[cfg(feature = "files")]
+    pub(crate) fn constraints(&self) -> &[(String, usize)] {
+        &self.names.constraints
+    }
+
+    /// The name of a control channel.
+    ///
+    /// # Panics
+    /// If `k` is not less than [`k`](Self::k).
+    pub fn control_name(&self, k: usize) -> &str {
+        &self.names.controls[k]
+    }
+
+    /// The name of a design variable.
+    ///
+    /// # Panics
+    /// If `p` is not less than [`designs`](Self::designs).
+    pub fn design_name(&self, p: usize) -> &str {
+        &self.names.designs[p]
+    }
+
+    /// The name of an unknown of the reduced step: a velocity or a multiplier.
+    pub(crate) fn unknown_name(&self, unknown: usize) -> String {
+        if unknown < self.n {
+            format!("the velocity of `{}`", self.names.coordinates[unknown])
+        } else {
+            format!("the multiplier of {}", self.names.equations[unknown - self.n])
+        }
+    }
+
+    /// The name of an equation of the reduced step: a momentum equation or a velocity constraint.
+    pub(crate) fn residual_name(&self, unknown: usize) -> String {
+        match unknown.checked_sub(self.n) {
+            None => format!("the momentum equation of `{}`", self.names.coordinates[unknown]),
+            Some(j) => format!("the velocity constraint of {}", self.names.equations[j]),
+        }
+    }
+
+    /// The error for a breakdown of the elimination of K, with the name of the unknown.
+    pub(crate) fn singular_step(&self, breakdown: &Breakdown, step: usize, time: f64) -> Error {
+        let unknown = self.unknown_name(breakdown.unknown);
+        Error::SingularStep { step, time, unknown, pivot: breakdown.pivot / breakdown.scale }
+    }
+}
+
+impl std::fmt::Debug for System {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let (n, m, k) = (self.n, self.m, self.k);
+        f.debug_struct("System").field("n", &n).field("m", &m).field("k", &k).finish_non_exhaustive()
+    }
+}
