@@ -5,19 +5,10 @@ use std::ops::Range;
 
 use nalgebra::DVector;
 
-use super::assembly::Formulas;
-use super::batch::Batches;
-use super::costs::Costs;
-use super::item::PlacedElement;
-use super::names::Names;
-use super::parameters::Parameters;
-use super::point::Layout;
-use super::scene_parts::Required;
-use super::sinusoidal_constraints::Sines;
-use super::terms::Terms;
-use super::vectors::Entry;
-use super::vectors::Positions;
-use super::view::NodeView;
+use super::compile::{Names, Parameters, Required};
+use super::cost::{Costs, Terms};
+use super::formula::{Batches, Entry, Layout, NodeView, PlacedElement, Positions};
+use super::tangent::{Formulas, Sines};
 use crate::Error;
 use crate::linear::{Breakdown, Symbolic};
 use crate::model::{Control, Coordinate, Handle, Output, Param, Shape, Sketch};

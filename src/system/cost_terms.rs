@@ -1,11 +1,8 @@
 //! Which terms J and the outputs have, how each is summed, and what it depends on.
 
-use super::cost_factors::CostFactors;
-use super::cost_use::{Depends, Term};
-use super::costs::Costs;
+use super::cost::{CostFactors, Costs, Depends, Term, Weights};
+use super::formula::NodeView;
 use super::plain::add_costs;
-use super::view::NodeView;
-use super::weights::Weights;
 use crate::System;
 use crate::model::element::Sum;
 use crate::number::Real;

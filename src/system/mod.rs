@@ -1,100 +1,26 @@
 //! A compiled scene: batches of elements of equal type, their constant part, and the structure of the tangent matrix.
 
-mod acceleration;
-mod acceleration_kernels;
-mod applied;
-mod argument;
-mod assembly;
-mod batch;
-mod block;
-mod branches;
 mod compile;
 mod compiled;
-mod connections;
-mod constants;
 mod cost;
-mod cost_factors;
-mod cost_formula;
-mod cost_second_order;
 mod cost_terms;
-mod cost_use;
-mod costs;
-mod derivatives;
-mod difference;
-#[cfg(test)]
-mod difference_tests;
-mod directional;
-mod element;
-mod element_constants;
-mod element_programs;
-mod energy;
-mod fixed;
 mod formula;
-mod groups;
-mod holonomic;
-mod item;
-mod jet;
-mod locate_nonfinite;
-mod lost_derivatives;
-mod names;
-mod node_problem;
-mod parameters;
-mod placed;
-mod placed_cost;
 mod plain;
-mod plain_cost;
-mod point;
-mod position;
-mod print;
-mod products;
-mod recordings;
-mod scatter;
-mod scene_parts;
-mod second_order;
-mod second_order_kernels;
-mod shape;
-mod sinusoidal_constraints;
-mod structure;
-mod subset_of_coordinates;
-mod suspect;
-mod terms;
-mod typed;
+mod report;
+mod tangent;
 mod uncoupled;
-mod vectors;
-mod verify;
-#[cfg(test)]
-pub(crate) mod verify_tests;
-mod view;
-mod weights;
 
-pub(crate) use acceleration::{AccelerationEquations, AccelerationSecondOrder, acceleration_tangent};
-pub(crate) use applied::Applied;
-pub(crate) use assembly::Formulas;
-pub(crate) use assembly::Workspace;
+pub(crate) use compile::{Parts, Required};
 pub use compiled::System;
-pub(crate) use connections::Connections;
-pub(crate) use constants::Constants;
-pub(crate) use cost::CostRows;
-pub(crate) use cost_factors::CostFactors;
-pub(crate) use cost_formula::CostMemory;
-pub(crate) use cost_second_order::CostSecondOrder;
-pub(crate) use cost_use::Depends;
-pub(crate) use energy::{Kinetic, Potential};
-pub(crate) use fixed::Fixed;
-pub(crate) use holonomic::Holonomic;
-pub(crate) use item::PlacedElement;
-pub(crate) use jet::ElementKind;
-pub(crate) use lost_derivatives::Order;
-pub(crate) use node_problem::{Given, KnownPart};
-pub(crate) use placed_cost::PlacedCost;
-pub(crate) use position::PositionConstraints;
-pub(crate) use products::Wanted;
-pub(crate) use scene_parts::{Parts, Required};
-pub(crate) use second_order::SecondOrderEquations;
-pub(crate) use sinusoidal_constraints::Sines;
-pub(crate) use subset_of_coordinates::Restricted;
-pub(crate) use typed::AnyElement;
-pub(crate) use vectors::Entry;
-pub(crate) use vectors::{Covector, InputRows, Pair, Positions, StateRows, Sums, Within};
-pub(crate) use view::{NodeValues, NodeView};
-pub(crate) use weights::{Beside, GivenWeights, Weights};
+pub(crate) use cost::{Beside, CostFactors, CostRows, CostSecondOrder, Depends, GivenWeights, PlacedCost, Weights};
+pub(crate) use formula::{
+    AnyElement, Applied, Connections, Covector, ElementKind, Entry, Fixed, Holonomic, InputRows, Kinetic, NodeValues,
+    NodeView, Pair, PlacedElement, Positions, Potential, Restricted, StateRows, Sums, Within,
+};
+pub(crate) use report::Order;
+#[cfg(test)]
+pub(crate) use report::verify_tests;
+pub(crate) use tangent::{
+    AccelerationEquations, AccelerationSecondOrder, Constants, Formulas, Given, KnownPart, PositionConstraints,
+    SecondOrderEquations, Sines, Wanted, Workspace, acceleration_tangent,
+};

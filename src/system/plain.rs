@@ -6,20 +6,13 @@
 use nalgebra::DMatrix;
 use num_dual::Dual64;
 
-use super::System;
-use super::batch::Batch;
-use super::cost_factors::CostFactors;
-use super::costs::Costs;
-use super::item::PlacedElement;
-use super::jet::ElementKind;
-use super::plain_cost::AnyCost;
-use super::typed::{AnyElement, OnNumbers, Values};
-use super::vectors::Sums;
-use super::view::{NodeValues, NodeView};
-use super::weights::Weights;
-use crate::Cx;
+use super::cost::{CostFactors, Costs, Weights};
+use super::formula::{
+    AnyCost, AnyElement, Batch, ElementKind, NodeValues, NodeView, OnNumbers, PlacedElement, Sums, Values,
+};
 use crate::number::{Family, Hyper, Real, hyper, hyper_parts};
 use crate::program::Symbol;
+use crate::{Cx, System};
 
 /// A formula for one number type: evaluated with this type, or with hyper-dual numbers that contain it.
 enum Plain<Direct, ByHyper> {

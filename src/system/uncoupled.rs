@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::jet::ElementKind;
+use super::formula::ElementKind;
 use crate::System;
 
 impl System {

@@ -39,7 +39,7 @@ fn assert_panics_as_documented<T>(source: &str, signature: &str, call: impl FnOn
 #[test]
 fn indices_out_of_range_panic_where_the_documentation_says_so() {
     let (system, inputs) = cart();
-    let names = include_str!("../../src/system/names.rs");
+    let names = include_str!("../../src/system/compiled.rs");
     let paper_source = include_str!("../../src/paper_system.rs");
     let input_source = include_str!("../../src/check/derivative.rs");
     let motion = motion(&system, &inputs);

@@ -1,0 +1,182 @@
+//! Compilation of the parts of a scene into a [`System`], and detection of formulas that have changed when a motion begins.
+
+use super::names::Names;
+use super::parameters::Parameters;
+use super::scene_parts::{Parts, Required};
+use super::structure;
+use crate::model::Param;
+use crate::number::{Fingerprint, take_look};
+use crate::system::compiled::System;
+use crate::system::cost::{CostMemory, Costs, Terms};
+use crate::system::formula::{Batches, Element, ElementKind, Layout, NodeView, Positions, Recordings};
+use crate::system::tangent::Formulas;
+use crate::{Error, memory};
+
+impl System {
+    pub(crate) fn compile(mut scene: Parts, without_programs: bool) -> Result<Self, Error> {
+        let (n, m, k) = (scene.coordinates.len(), scene.equations, scene.controls.len());
+        if n == 0 {
+            return Err(Error::EmptyScene);
+        }
+        let gravity = scene.gravity.map(|g| g.unwrap_or(0.0.into()));
+        let mut parameters = Parameters::new(scene.designs.len(), std::mem::take(&mut scene.expressions));
+        let mut resolve = |param: Param| parameters.resolve(param, &gravity);
+        scene.batches.0.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
+        scene.costs.resolve(&mut resolve);
+        scene.positive.iter_mut().for_each(|required| required.param = resolve(required.param));
+        parameters.differentiate();
+        let names = Names::new(&scene);
+        let (mut batches, mut costs) = (scene.batches, scene.costs);
+        let design: Vec<f64> = scene.designs.iter().map(|(_, value)| *value).collect();
+        let values = parameters.values(&design);
+        parameters.check(&values, &names.designs)?;
+        check_positive(&scene.positive, &values)?;
+        let zeros = vec![0.0; n.max(m).max(k)];
+        let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
+        let at = NodeView::of_equations([&scene.initial, v, sigma], (u, 0.0, &values));
+        let mut recordings = Recordings::new(without_programs);
+        batches.0.iter_mut().for_each(|batch| batch.prepare(&at, &mut recordings));
+        let elements = recordings.elements;
+        costs.prepare(&at, without_programs);
+        check_inertia(&elements, &names, n)?;
+        let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
+        let partly_defined = elements.iter().filter(|element| element.formula.partly_defined);
+        let partly_defined = partly_defined.map(|element| element.place).collect();
+        let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
+        let structure::Analysis { symbolic, sines, loop_equations } = analysis;
+        let formulas = Formulas::new(elements, Layout { n, m, k }, &symbolic);
+        // The entries of K are numbered by `u32`.
+        let entries = symbolic.values_len();
+        let count = if u32::try_from(entries).is_ok() { entries } else { usize::MAX };
+        memory::check("the tangent matrix K", count, size_of::<f64>())?;
+        let place = |unknown| symbolic.position(unknown);
+        let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
+        let terms = Terms::new(&costs, names.outputs.len());
+        let (initial, positive) = (scene.initial, scene.positive);
+        let (costs_compiled, fingerprint) = (fingerprint(None, &costs), fingerprint(Some(&batches), &costs));
+        let mut system = System {
+            n,
+            m,
+            k,
+            batches,
+            formulas,
+            costs,
+            terms,
+            symbolic,
+            positions,
+            sines,
+            loop_equations,
+            partly_defined,
+            names,
+            initial,
+            design,
+            parameters,
+            positive,
+            sketch: scene.sketch,
+            scene: scene.scene,
+            fingerprint,
+            costs_compiled,
+            reads_values: false,
+        };
+        system.reads_values = system.find_readers();
+        Ok(system)
+    }
+
+    pub(crate) fn check_design(&self, design: &[f64]) -> Result<(), Error> {
+        let values = self.parameters.values(design);
+        self.parameters.check(&values, &self.names.designs)?;
+        check_positive(&self.positive, &values)
+    }
+
+    /// Identifies the present formulas.
+    pub(crate) fn fingerprint(&self) -> u64 {
+        fingerprint(Some(&self.batches), &self.costs)
+    }
+
+    /// The formulas at an initial state if they differ from those that were compiled, otherwise `None`.
+    ///
+    /// # Errors
+    /// A formula whose derivatives are constant, or zero, in other places than when it was compiled.
+    pub(crate) fn formulas_now(&self, start: &NodeView<f64>, fingerprint: u64) -> Result<Option<Formulas>, Error> {
+        if fingerprint == self.fingerprint {
+            return Ok(None);
+        }
+        let mut recordings = Recordings::default();
+        for element in &self.formulas.elements {
+            recordings.add(self.item(element.place), element.place, start);
+        }
+        let changed = |element: &str| Error::Changed { element: element.to_string() };
+        // Formulas that num-dual evaluates may change in any way.
+        let mut pairs = recordings.elements.iter_mut().zip(&self.formulas.elements);
+        let moved = pairs.find_map(|(now, then)| {
+            if then.formula.kernels.is_none() {
+                now.formula = then.formula.clone();
+            }
+            (!now.has_places_of(then)).then_some(&then.name)
+        });
+        if let Some(element) = moved {
+            return Err(changed(element));
+        }
+        if let Some(cost) = self.costs.find_changed(start) {
+            return Err(changed(cost));
+        }
+        Ok(Some(Formulas::new(recordings.elements, self.layout(), &self.symbolic)))
+    }
+
+    /// Identifies the present formulas of the costs.
+    ///
+    /// # Errors
+    /// A cost depends on other arguments than when it was compiled; the motion does not provide these.
+    pub(crate) fn costs_now(&self, at: &NodeView<f64>) -> Result<u64, Error> {
+        let now = fingerprint(None, &self.costs);
+        let changed = (now != self.costs_compiled).then(|| self.costs.find_changed(at)).flatten();
+        changed.map_or(Ok(now), |cost| Err(Error::Changed { element: cost.to_string() }))
+    }
+
+    /// Prepares the programs of the costs for the design variables of a motion and for the present formulas, which may have changed since the motion
+    /// was computed.
+    ///
+    /// # Errors
+    /// As [`costs_now`](Self::costs_now).
+    pub(crate) fn fix_costs(&self, at: &NodeView<f64>, memory: &mut CostMemory) -> Result<(), Error> {
+        let now = self.costs_now(at)?;
+        if memory.fingerprint == Some(now) && memory.is_ready && memory.design == at.design {
+            return Ok(());
+        }
+        memory.design.clear();
+        memory.design.extend_from_slice(at.design);
+        memory.fingerprint = Some(now);
+        memory.is_ready = self.costs.fix(at, now != self.costs_compiled, memory);
+        Ok(())
+    }
+}
+
+fn fingerprint(batches: Option<&Batches>, costs: &Costs) -> u64 {
+    let mut sum = Fingerprint::NONE;
+    take_look();
+    batches.into_iter().flat_map(Batches::items).for_each(|item| item.fingerprint(&mut sum));
+    costs.fingerprint(&mut sum);
+    sum.value(take_look())
+}
+
+pub(in crate::system) fn check_positive(positive: &[Required], design: &[f64]) -> Result<(), Error> {
+    for Required { param, what, may_be_zero } in positive {
+        let value: f64 = param.value(design);
+        if !((value > 0.0 || *may_be_zero && value == 0.0) && value.is_finite()) {
+            let must_be = if *may_be_zero { "finite and not negative" } else { "positive and finite" };
+            return Err(Error::Parameter { what: what.clone(), value, must_be });
+        }
+    }
+    Ok(())
+}
+
+/// Checks that every coordinate appears in some kinetic energy.
+fn check_inertia(elements: &[Element], names: &Names, n: usize) -> Result<(), Error> {
+    let mut heavy = vec![false; n];
+    let kinetic = elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
+    kinetic.flat_map(|element| &element.to.q).for_each(|&i| heavy[i] = true);
+    match heavy.iter().position(|heavy| !heavy) {
+        Some(i) => Err(Error::MissingInertia { coordinate: names.coordinates[i].clone() }),
+        None => Ok(()),
+    }
+}

@@ -1,0 +1,35 @@
+//! Names for reports and error messages.
+
+use super::scene_parts::Parts;
+use crate::error::quoted;
+
+#[derive(Clone, Debug)]
+pub(in crate::system) struct Names {
+    pub(in crate::system) coordinates: Vec<String>,
+    /// Constraints, each with its number of equations.
+    pub(in crate::system) constraints: Vec<(String, usize)>,
+    pub(in crate::system) equations: Vec<String>,
+    pub(in crate::system) controls: Vec<String>,
+    pub(in crate::system) designs: Vec<String>,
+    pub(in crate::system) outputs: Vec<String>,
+    pub(in crate::system) looked_at: Vec<usize>,
+}
+
+impl Names {
+    pub(in crate::system) fn new(scene: &Parts) -> Self {
+        let equation = |name: &str, rows: usize, j: usize| match rows {
+            1 => quoted(name),
+            _ => format!("{} (equation {j})", quoted(name)),
+        };
+        let constraints = scene.constraints.iter();
+        Names {
+            coordinates: scene.coordinates.clone(),
+            constraints: scene.constraints.clone(),
+            equations: constraints.flat_map(|(name, rows)| (0..*rows).map(|j| equation(name, *rows, j))).collect(),
+            controls: scene.controls.clone(),
+            outputs: scene.outputs.clone(),
+            looked_at: scene.looked_at.clone(),
+            designs: scene.designs.iter().map(|(name, _)| name.clone()).collect(),
+        }
+    }
+}

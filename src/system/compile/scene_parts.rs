@@ -1,0 +1,44 @@
+//! The parts from which a system is compiled.
+
+use std::ops::Range;
+
+use crate::model::{Param, Sketch};
+use crate::program::Graph;
+use crate::system::cost::Costs;
+use crate::system::formula::Batches;
+
+/// A mechanism as a list of named parts.
+#[derive(Default)]
+pub(crate) struct Parts {
+    /// The number of the scene.
+    pub(crate) scene: u64,
+    pub(crate) coordinates: Vec<String>,
+    /// The coordinates of each named group (a body), as ranges.
+    pub(crate) groups: Vec<(String, Range<usize>)>,
+    pub(crate) initial: Vec<f64>,
+    pub(crate) controls: Vec<String>,
+    /// The names of the outputs that are computed in addition to J.
+    pub(crate) outputs: Vec<String>,
+    /// Outputs that are only reported; optimisers constrain them only when told to.
+    pub(crate) looked_at: Vec<usize>,
+    pub(crate) designs: Vec<(String, f64)>,
+    /// Expressions of the design variables, which may serve as parameters.
+    pub(crate) expressions: Graph,
+    /// Name and number of equations of each constraint.
+    pub(crate) constraints: Vec<(String, usize)>,
+    pub(crate) equations: usize,
+    pub(crate) gravity: [Option<Param>; 3],
+    pub(crate) sketch: Sketch,
+    pub(crate) batches: Batches,
+    pub(crate) costs: Costs,
+    /// Parameters whose values are restricted to a range, with descriptions.
+    pub(crate) positive: Vec<Required>,
+}
+
+/// A parameter that must be positive, or nonnegative if `may_be_zero`.
+#[derive(Clone)]
+pub(crate) struct Required {
+    pub(crate) param: Param,
+    pub(crate) what: String,
+    pub(crate) may_be_zero: bool,
+}

@@ -1,0 +1,47 @@
+//! A cost behind a trait that hides its type.
+
+use super::on_numbers::{Read, Recordable, Values, Wide, with_lists};
+use super::shape::{Shape, Slot};
+use crate::model::element::{ListCost, ListPoint};
+use crate::number::Hyper;
+use crate::{Cx, Scalar};
+
+/// A cost of lists with given lengths.
+pub struct CostOfLists<C> {
+    pub cost: C,
+    pub shape: Shape,
+}
+
+impl<C: ListCost, S: Scalar> Values<S> for CostOfLists<C> {
+    fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
+        let Shape { n, m, k, p } = self.shape;
+        let lists: [(fn(usize) -> Slot, usize); 10] = [
+            (Slot::Q, n),
+            (Slot::V, n),
+            (Slot::PStar, n),
+            (Slot::PStarDot, n),
+            (Slot::VDot, n),
+            (Slot::Sigma, m),
+            (Slot::Lambda, m),
+            (Slot::U, k),
+            (Slot::UDot, k),
+            (Slot::B, p),
+        ];
+        with_lists(read, lists, &mut |[q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, b]| {
+            let t = read(Slot::T);
+            put(self.cost.cost(&ListPoint { q, v, p_star, p_star_dot, v_dot, sigma, lambda, u, u_dot, t, b }));
+        });
+    }
+}
+
+/// A cost whose type is hidden.
+pub trait AnyCost: Values<Cx> + Values<Hyper> + Values<Wide<f64>> + Recordable {}
+
+impl<C: Values<Cx> + Values<Hyper> + Values<Wide<f64>> + Recordable> AnyCost for C {}
+
+/// The single value of a formula.
+pub fn value<S: Scalar>(formula: &(impl Values<S> + ?Sized), read: Read<S>) -> S {
+    let mut result = S::zero();
+    formula.values(read, &mut |value| result = value);
+    result
+}
