@@ -6,6 +6,12 @@ use crate::system::{Applied, Holonomic, Kinetic, Potential};
 use crate::{ListConstraint, ListForce, ListKineticEnergy, ListPotentialEnergy};
 
 impl Scene {
+    /// Adds generalized coordinates that belong together, in m or rad, as [`coordinates`](Self::coordinates), in any number.
+    pub fn list_coordinates(&mut self, group: &str, names: &[&str]) -> Vec<Coordinate> {
+        let first = self.coordinate_group(group, names);
+        (first..first + names.len()).map(|i| Coordinate(self.tag.handle(i))).collect()
+    }
+
     /// Adds a kinetic energy T(q, v; b) of lists ([`ListKineticEnergy`]).
     pub fn list_kinetic_energy(&mut self, name: &str, element: impl ListKineticEnergy, q: &[Coordinate], b: &[Param]) {
         let formula = Kinetic { energy: element, n: q.len(), p: b.len() };

@@ -2,9 +2,9 @@
 
 use hamiltonian_adjoint::check::{Input, complex_step};
 use hamiltonian_adjoint::{
-    Constraint, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, ListConstraint, ListCost,
-    ListForce, ListForcePoint, ListKineticEnergy, ListPoint, ListPotentialEnergy, PotentialEnergy, Scalar, Scene, Settings,
-    Sum, System, gradient,
+    Constraint, Coordinate, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy,
+    ListConstraint, ListCost, ListForce, ListForcePoint, ListKineticEnergy, ListPoint, ListPotentialEnergy, Param,
+    PotentialEnergy, Scalar, Scene, Settings, Sum, System, gradient,
 };
 use nalgebra::SVector;
 
@@ -66,7 +66,7 @@ impl PotentialEnergy<N, 1> for Chain {
 
 impl Force<N, 2, 1> for Chain {
     fn force<S: Scalar>(&self, at: &ForcePoint<S, N, 2>, b: &SVector<S, 1>) -> SVector<S, N> {
-        let mut force = SVector::zeros();
+        let mut force = SVector::<S, N>::zeros();
         let at = ListForcePoint { q: at.q.as_slice(), v: at.v.as_slice(), u: at.u.as_slice(), t: at.t };
         ListForce::force(self, &at, b.as_slice(), force.as_mut_slice());
         force
@@ -75,7 +75,7 @@ impl Force<N, 2, 1> for Chain {
 
 impl Constraint<N, 2, 1> for Chain {
     fn phi<S: Scalar>(&self, q: &SVector<S, N>, b: &SVector<S, 1>, t: S) -> SVector<S, 2> {
-        let mut phi = SVector::zeros();
+        let mut phi = SVector::<S, 2>::zeros();
         ListConstraint::phi(self, q.as_slice(), b.as_slice(), t, phi.as_mut_slice());
         phi
     }
@@ -87,13 +87,21 @@ impl Cost<N, 0, 1, 1> for Chain {
     }
 }
 
+/// Coordinates q0, q1, … with these initial values.
+fn coordinates(scene: &mut Scene, count: usize, initial: impl Fn(usize) -> f64) -> Vec<Coordinate> {
+    let names: Vec<String> = (0..count).map(|i| format!("q{i}")).collect();
+    let q = scene.list_coordinates("chain", &names.iter().map(String::as_str).collect::<Vec<_>>());
+    q.iter().enumerate().for_each(|(i, q)| scene.place(*q, initial(i)));
+    q
+}
+
 /// A chain of n pendulums by lists, or of [`N`] by fixed lengths.
 fn scene(n: usize, by_lists: bool, branches: bool) -> Scene {
     let (mut scene, chain) = (Scene::new(), Chain { branches });
-    let q: Vec<_> = (0..n).map(|i| scene.coordinate(&format!("q{i}"), 0.3)).collect();
+    let q = coordinates(&mut scene, n, |_| 0.3);
     let u = [scene.control("first"), scene.control("second")];
-    let [mass, coupling, level] =
-        [("mass", 2.0), ("coupling", 0.4), ("level", 0.3f64.cos())].map(|(name, value)| scene.design(name, value));
+    let [mass, coupling, level] = [("mass", 2.0), ("coupling", 0.4), ("level", 0.3f64.cos())]
+        .map(|(name, value)| Param::from(scene.design(name, value)));
     if by_lists {
         scene.list_kinetic_energy("T", chain, &q, &[mass, coupling]);
         scene.list_potential_energy("V", chain, &q, &[mass]);
@@ -222,8 +230,8 @@ impl ListPotentialEnergy for Springs {
 
 fn tree(bodies: usize, is_one: bool) -> Result<System, Error> {
     let (mut scene, tree) = (Scene::new(), Tree::new(bodies));
-    let q: Vec<_> = (0..bodies).map(|i| scene.coordinate(&format!("q{i}"), 0.1 * (i as f64 * 1.7).sin())).collect();
-    let b = [scene.design("mass", 1.3), scene.design("inertia", 0.1)];
+    let q = coordinates(&mut scene, bodies, |i| 0.1 * (1.7 * i as f64).sin());
+    let b = [scene.design("mass", 1.3), scene.design("inertia", 0.1)].map(Param::from);
     if is_one {
         scene.list_kinetic_energy("T", tree, &q, &b);
     } else {
@@ -233,7 +241,8 @@ fn tree(bodies: usize, is_one: bool) -> Result<System, Error> {
         }
     }
     scene.list_potential_energy("V", Springs, &q, &[5.0.into()]);
-    scene.list_cost("h", Chain { branches: false }, Sum::Integral, &q, &[], &[scene.control("u")], &[1.0.into()]);
+    let u = scene.control("u");
+    scene.list_cost("h", Chain { branches: false }, Sum::Integral, &q, &[], &[u], &[1.0.into()]);
     scene.compile()
 }
 
