@@ -1,31 +1,19 @@
 //! [`CostFormula`]: a recorded cost and the program for its value and gradient.
 
-use crate::program::{Graph, Kernel, Node, Obstacle, Template};
-use crate::system::formula::{Place, Shape, Slot, without_zeros};
+use std::sync::Arc;
 
-/// The program of a cost.
+use super::cost_program::CostProgram;
+use crate::program::Template;
+use crate::system::formula::Slot;
+
+/// The program of a cost with its numbers.
 #[derive(Clone, Debug)]
 pub struct CostFormula {
-    template: Template,
+    pub program: Arc<CostProgram>,
     /// The numbers in the formula.
     numbers: Vec<f64>,
-    kernel: Kernel,
-    /// The arguments of the program.
-    inputs: Vec<Slot>,
-    /// The variables of the partial derivatives, which are the results after the first one (the value).
-    pub partials: Vec<Slot>,
-    quadratic: Option<Quadratic>,
     /// The first index of this cost's part of `CostMemory::fixed`: the quadratic form, if any, and the results of the prelude.
     offset: usize,
-}
-
-/// A polynomial c + gᵀx + ½ xᵀH x of degree two in many arguments.
-#[derive(Clone, Debug)]
-struct Quadratic {
-    /// The program for H, which is constant; stored by columns.
-    second: Kernel,
-    /// Whether digits may cancel in this form that the original formula keeps.
-    may_cancel: bool,
 }
 
 /// Smallest accepted ratio of a value to the sum of the magnitudes of its terms. Below it, as for squares of small differences of large
@@ -33,12 +21,6 @@ struct Quadratic {
 const LEAST_OF_VALUE: f64 = 1.0 / 64.0;
 /// Smallest accepted ratio of a slope to the sum of the magnitudes of its terms.
 const LEAST_OF_SLOPE: f64 = 1.0 / 1024.0;
-
-/// With fewer arguments, a program is at least as fast as a matrix.
-const FEW: usize = 6;
-
-/// The time of one instruction in units of the time per matrix entry; a sum of squares exceeds this ratio, a full quadratic form does not.
-const ENTRIES: usize = 8;
 
 /// Results of the preludes for one set of design variables, and memory for registers.
 #[derive(Clone, Debug, Default)]
@@ -57,54 +39,40 @@ pub struct CostMemory {
 }
 
 impl CostFormula {
-    /// Compiles a recorded cost with derivatives with respect to these variables.
-    pub fn new(
-        (template, numbers): (Template, Vec<f64>),
-        shape: Shape,
-        variables: Vec<Slot>,
-        offset: usize,
-    ) -> Result<Self, Obstacle> {
-        let (mut graph, values) = template.graph();
-        let (partials, slopes) = gradient(&mut graph, shape, values[0], variables);
-        let results = [&values[..1], &slopes].concat();
-        let kernel = Kernel::new(&mut graph, template.parameters, &results).ok_or(Obstacle::IsTooLong)?;
-        let is_worth_it = partials.len() >= FEW && partials.len().pow(2) <= ENTRIES * kernel.main().len();
-        let quadratic =
-            is_worth_it.then(|| quadratic(&mut graph, (shape, &partials), &results, template.parameters)).flatten();
-        let inputs = kernel.inputs().iter().map(|&which| plain(shape, which)).collect();
-        Ok(CostFormula { template, numbers, kernel, inputs, partials, quadratic, offset })
+    pub fn new(program: Arc<CostProgram>, numbers: Vec<f64>, offset: usize) -> Self {
+        CostFormula { program, numbers, offset }
     }
 
     /// The first index that the next cost may use.
     pub fn end(&self) -> usize {
-        self.first_of_prelude() + self.kernel.fixed()
+        self.first_of_prelude() + self.program.kernel.fixed()
     }
 
     /// Sets the constants and, if the formula was recorded again, the plain numbers in it. Returns whether the program still applies.
     pub fn fix(&self, b: &[f64], now: Option<&(Template, Vec<f64>)>, memory: &mut CostMemory) -> bool {
         let numbers = now.map_or(&self.numbers, |(_, numbers)| numbers);
-        if now.is_some_and(|(template, _)| *template != self.template) {
+        if now.is_some_and(|(template, _)| *template != self.program.template) {
             return false;
         }
         let parameters: Vec<f64> = b.iter().chain(numbers).copied().collect();
         memory.fixed.resize(memory.fixed.len().max(self.end()), 0.0);
-        memory.registers.resize(memory.registers.len().max(self.kernel.main().registers()), [0.0]);
-        let (n, first) = (self.partials.len(), self.first_of_prelude());
-        self.kernel.run_prelude(&parameters, |k, value| memory.fixed[first + k] = value);
-        let Some(form) = &self.quadratic else { return true };
+        memory.registers.resize(memory.registers.len().max(self.program.kernel.main().registers()), [0.0]);
+        let (n, first) = (self.program.partials.len(), self.first_of_prelude());
+        self.program.kernel.run_prelude(&parameters, |k, value| memory.fixed[first + k] = value);
+        let Some(form) = &self.program.quadratic else { return true };
         for list in [&mut memory.x, &mut memory.product, &mut memory.sizes] {
             list.resize(list.len().max(n), 0.0);
         }
         let (matrix, at_zero) = memory.fixed[self.offset..first].split_at_mut(n * n);
         matrix.copy_from_slice(&form.second.evaluate(&parameters, |_| 0.0));
-        at_zero.copy_from_slice(&self.kernel.evaluate(&parameters, |_| 0.0));
+        at_zero.copy_from_slice(&self.program.kernel.evaluate(&parameters, |_| 0.0));
         memory.fixed[self.offset..first].iter().all(|x| x.is_finite())
     }
 
     /// The first index of the results of the prelude, which follow the quadratic form if there is one.
     fn first_of_prelude(&self) -> usize {
-        let n = self.partials.len();
-        self.offset + if self.quadratic.is_some() { n * n + 1 + n } else { 0 }
+        let n = self.program.partials.len();
+        self.offset + if self.program.quadratic.is_some() { n * n + 1 + n } else { 0 }
     }
 
     /// Computes c + gᵀx + ½ xᵀH x and g + H x, with c and g evaluated at zero; returns `None` if digits cancel.
@@ -115,11 +83,11 @@ impl CostFormula {
         read: impl Fn(Slot) -> f64,
         mut put: impl FnMut(usize, f64),
     ) -> Option<f64> {
-        let (n, CostMemory { fixed, x, product, sizes, .. }) = (self.partials.len(), memory);
+        let (n, CostMemory { fixed, x, product, sizes, .. }) = (self.program.partials.len(), memory);
         let (matrix, at_zero) = fixed[self.offset..self.first_of_prelude()].split_at(n * n);
         let (constant, gradient) = (at_zero[0], &at_zero[1..]);
         let (x, product, sizes) = (&mut x[..n], &mut product[..n], &mut sizes[..n]);
-        x.iter_mut().zip(&self.partials).for_each(|(x, of)| *x = read(*of));
+        x.iter_mut().zip(&self.program.partials).for_each(|(x, of)| *x = read(*of));
         multiply(matrix, x, product, |h, x| h * x);
         let value = x.iter().zip(gradient).zip(&*product).fold(constant, |value, ((x, g), y)| value + x * (g + 0.5 * y));
         product.iter_mut().zip(gradient).for_each(|(y, g)| *y += g);
@@ -140,17 +108,17 @@ impl CostFormula {
 
     /// Returns the value, and passes each partial derivative to `put`.
     pub fn evaluate(&self, memory: &mut CostMemory, read: impl Fn(Slot) -> f64, mut put: impl FnMut(usize, f64)) -> f64 {
-        if let Some(form) = &self.quadratic
+        if let Some(form) = &self.program.quadratic
             && let Some(value) = self.evaluate_quadratic(form.may_cancel, memory, &read, &mut put)
         {
             return value;
         }
         let CostMemory { fixed, registers, .. } = memory;
         let fixed = &fixed[self.first_of_prelude()..self.end()];
-        let given = self.inputs.iter().map(|slot| read(*slot)).chain(fixed.iter().copied());
+        let given = self.program.inputs.iter().map(|slot| read(*slot)).chain(fixed.iter().copied());
         registers.iter_mut().zip(given).for_each(|(register, x)| *register = [x]);
-        self.kernel.main().run(registers);
-        let mut results = self.kernel.main().results().map(|register| registers[register][0]);
+        self.program.kernel.main().run(registers);
+        let mut results = self.program.kernel.main().results().map(|register| registers[register][0]);
         let value = results.next().unwrap_or(0.0);
         results.enumerate().for_each(|(k, slope)| put(k, slope));
         value
@@ -162,45 +130,5 @@ fn multiply(columns: &[f64], x: &[f64], into: &mut [f64], product: impl Fn(f64, 
     into.fill(0.0);
     for (column, &x) in columns.chunks_exact(into.len()).zip(x) {
         into.iter_mut().zip(column).for_each(|(y, &h)| *y += product(h, x));
-    }
-}
-
-/// The quadratic form of a cost if it is a polynomial of degree two in arguments alone; derived from its value and slopes.
-fn quadratic(
-    graph: &mut Graph,
-    (shape, partials): (Shape, &[Slot]),
-    results: &[Node],
-    parameters: usize,
-) -> Option<Quadratic> {
-    let one = graph.constant(1.0);
-    let mut second = Vec::new();
-    for slot in partials {
-        if matches!(slot, Slot::B(_)) {
-            return None;
-        }
-        let x = shape.node(graph, *slot);
-        second.extend(graph.forward(&results[1..], &[(x, one)]));
-    }
-    let is_quadratic = !second.is_empty() && second.iter().all(|node| graph.is_fixed(*node));
-    if !is_quadratic || graph.is_piecewise(results.iter().copied()) {
-        return None;
-    }
-    let may_cancel = graph.multiplies_sums([results[0]]);
-    Some(Quadratic { second: Kernel::new(graph, parameters, &second)?, may_cancel })
-}
-
-/// The partial derivatives of a node that do not vanish.
-pub(in crate::system) fn gradient(graph: &mut Graph, shape: Shape, value: Node, of: Vec<Slot>) -> (Vec<Slot>, Vec<Node>) {
-    let one = graph.constant(1.0);
-    let arguments: Vec<Node> = of.iter().map(|slot| shape.node(graph, *slot)).collect();
-    let slopes = graph.reverse(&[(value, one)], &arguments);
-    without_zeros(graph, of.into_iter().zip(slopes))
-}
-
-/// The argument of the formula with this number.
-pub(in crate::system) fn plain(shape: Shape, which: usize) -> Slot {
-    match shape.place(which) {
-        Place::Of(slot) => slot,
-        _ => Slot::T,
     }
 }

@@ -1,6 +1,6 @@
 //! [`CostSecondOrder`]: the program for the change of a cost's value and gradient along a direction.
 
-use super::cost_formula::{gradient, plain};
+use super::cost_program::{gradient, plain};
 use crate::program::{Kernel, Template};
 use crate::system::formula::{Shape, Slot};
 

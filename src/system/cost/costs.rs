@@ -5,6 +5,7 @@ use std::ops::Range;
 
 use super::cost_factors::CostFactors;
 use super::cost_formula::CostMemory;
+use super::cost_program::CostPrograms;
 use super::cost_second_order::CostSecondOrder;
 use super::cost_use::{CostUse, Term};
 use super::placed_cost::PlacedCost;
@@ -71,7 +72,8 @@ impl Costs {
     /// Sorts and records all costs, and compiles their programs unless programs are disabled.
     pub fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool) {
         self.arrange();
-        self.items.iter_mut().fold(0, |offset, item| item.prepare(at, without_programs, offset));
+        let mut programs = (!without_programs).then(CostPrograms::default);
+        self.items.iter_mut().fold(0, |offset, item| item.prepare(at, programs.as_mut(), offset));
     }
 
     /// Sets the design variables and, if formulas have `changed`, records them again. Returns whether the programs of all costs still apply.

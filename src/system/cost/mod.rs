@@ -2,6 +2,7 @@
 
 mod cost_factors;
 mod cost_formula;
+mod cost_program;
 mod cost_second_order;
 mod cost_use;
 mod costs;

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use num_dual::Dual64;
 
 use super::cost_formula::CostFormula;
+use super::cost_program::CostPrograms;
 use super::cost_second_order::CostSecondOrder;
 use super::cost_use::{CostUse, Term};
 use super::rows::CostRows;
-use super::weights::{Beside, Weights};
+use super::weights::{Beside, Weights, slopes};
 use crate::model::element::{ListCost, Sum};
 use crate::number::{Hyper, hyper, hyper_parts};
 use crate::program::Obstacle;
@@ -23,6 +24,8 @@ pub struct PlacedCost {
     /// 0 for J, or 1 + the number of the output.
     pub(in crate::system) output: usize,
     pub(in crate::system) sum: Sum,
+    /// The derivatives of its weight with respect to the lengths of the steps before and after a node, for each [`Beside`].
+    by_lengths: [[f64; 2]; 3],
     pub(in crate::system) formula: Option<CostFormula>,
     /// The scene's arguments of the partial derivatives of the program, with the factors between the two.
     partials: Vec<(Argument, f64)>,
@@ -36,22 +39,35 @@ impl PlacedCost {
         let shape = Shape { n: to.q.len(), m: to.sigma.len(), k: to.u.len(), p: to.b.len() };
         let formula: Arc<dyn AnyCost> = Arc::new(CostOfLists { cost, shape });
         let of = Placed { name: name.to_string(), formula, shape, to, slots: shape.of_cost().collect(), depends: None };
-        PlacedCost { of, output, sum, formula: None, partials: Vec::new(), obstacle: None, uses: CostUse::UNKNOWN }
+        let by_lengths = [Beside::Both, Beside::Before, Beside::After].map(|side| slopes(sum, side));
+        PlacedCost {
+            of,
+            output,
+            sum,
+            by_lengths,
+            formula: None,
+            partials: Vec::new(),
+            obstacle: None,
+            uses: CostUse::UNKNOWN,
+        }
     }
 
-    /// Records the formula and compiles its program, unless the scene is compiled without programs. `offset` is the first index that its program may use in
-    /// the memory of all costs; returns the one after the last.
-    pub(in crate::system) fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool, offset: usize) -> usize {
+    /// Records the formula and compiles its program, unless there are to be no `programs`. `offset` is the first index that it may use in the memory of all
+    /// costs; returns the one after the last.
+    pub(in crate::system) fn prepare(
+        &mut self,
+        at: &NodeView<f64>,
+        programs: Option<&mut CostPrograms>,
+        offset: usize,
+    ) -> usize {
         let recorded = self.of.record(at);
         self.of.depends = recorded.as_ref().ok().map(|(template, _)| self.of.depends(template));
         (self.uses, self.obstacle) = (self.find_uses(), recorded.as_ref().err().copied());
-        if without_programs {
-            return offset;
-        }
-        let compile = |recorded| CostFormula::new(recorded, self.of.shape, self.variables(), offset);
-        let formula = recorded.and_then(compile);
-        (self.obstacle, self.formula) = (formula.as_ref().err().copied(), formula.ok());
-        let partials = self.formula.iter().flat_map(|formula| &formula.partials);
+        let (Some(programs), Ok((template, numbers))) = (programs, recorded) else { return offset };
+        let program = programs.of(&template, self.of.shape, self.variables());
+        (self.obstacle, self.formula) =
+            (program.as_ref().err().copied(), program.ok().map(|program| CostFormula::new(program, numbers, offset)));
+        let partials = self.formula.iter().flat_map(|formula| &formula.program.partials);
         self.partials = partials.map(|slot| self.of.to.argument(*slot)).collect();
         self.formula.as_ref().map_or(offset, CostFormula::end)
     }
@@ -118,18 +134,13 @@ impl PlacedCost {
     fn add_by_steps(&self, value: f64, side: Beside, rows: &mut CostRows) {
         rows.evaluations += 1;
         rows.has_read_state |= self.of.shape.n + self.of.shape.m > 0;
-        let [before, after] = [side.has_before(), side.has_after()].map(|counts| if counts { value } else { 0.0 });
-        match self.sum {
-            Sum::Rectangle => rows.step_after += after,
-            Sum::Trapezoidal => {
-                rows.step_before += 0.5 * before;
-                rows.step_after += 0.5 * after;
-            }
-            Sum::Integral => {
-                rows.integrand_before += before;
-                rows.integrand_after += after;
-            }
-            Sum::Plain | Sum::AllNodes | Sum::Terminal | Sum::Node(_) => {}
+        let [before, after] = self.by_lengths[side as usize].map(|slope| slope * value);
+        if self.sum == Sum::Integral {
+            rows.integrand_before += before;
+            rows.integrand_after += after;
+        } else {
+            rows.step_before += before;
+            rows.step_after += after;
         }
     }
 

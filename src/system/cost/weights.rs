@@ -1,5 +1,7 @@
 //! [`Weights`]: the factors with which costs are summed over the nodes and stages of a motion.
 
+use num_dual::Dual64;
+
 use crate::model::element::Sum;
 use crate::number::Real;
 
@@ -52,6 +54,18 @@ pub struct GivenWeights<R> {
     pub rectangle: R,
     pub trapezoidal: R,
     pub terminal: R,
+}
+
+/// The derivatives of the factor of h_i with respect to the lengths of the steps before and after the node, by dual numbers; for [`Sum::Integral`], with
+/// respect to Δt b_s of each.
+pub fn slopes(sum: Sum, side: Beside) -> [f64; 2] {
+    [[1.0, 0.0], [0.0, 1.0]].map(|rates| {
+        let [before, after] = rates.map(|rate| Dual64::new(1.0, rate));
+        let counted = [side.has_before().then_some(before), side.has_after().then_some(after)];
+        let integral = counted.into_iter().flatten().sum();
+        let given = Some(GivenWeights::new(None, Some(before), Some(after), side));
+        Weights { given, integral, side }.of(sum).map_or(0.0, |weight: Dual64| weight.eps)
+    })
 }
 
 impl<R: Real> Weights<R> {

@@ -3,7 +3,7 @@
 use crate::program::{Graph, Node};
 
 /// An argument of a formula, by its number within the element or the cost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Slot {
     Q(usize),
     V(usize),
