@@ -11,7 +11,7 @@ use nalgebra::DVector;
 use super::sweep::AdjointSweep;
 use crate::forward::assembly::{Assembler, Tangent, Which};
 use crate::forward::{Assembly, Motion};
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::system::{Covector, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Start, System};
 
@@ -51,12 +51,12 @@ impl<'a> Side<'a> {
     }
 
     /// Computes the results from (c, e).
-    pub(super) fn back(&self, system: &System, newton: &Newton, x: &Pair) -> Back {
+    pub(super) fn back(&self, system: &System, linearisation: &Linearisation, x: &Pair) -> Back {
         let rows = || StateRows::new(system.n(), system.m());
         let (mut moved, mut unmoved) = (rows(), rows());
         let [of_moved, of_unmoved] = self.covectors(x);
-        newton.evaluation.pull_back(system, &self.tangent.moved, &of_moved, &mut moved);
-        newton.evaluation.pull_back(system, &self.tangent.unmoved, &of_unmoved, &mut unmoved);
+        linearisation.evaluation.pull_back(system, &self.tangent.moved, &of_moved, &mut moved);
+        linearisation.evaluation.pull_back(system, &self.tangent.unmoved, &of_unmoved, &mut unmoved);
         match self.tangent.which {
             Which::Velocities => {
                 let q = unmoved.q.iter().zip(&moved.q).map(|(unmoved, moved)| unmoved - moved).collect::<Vec<f64>>();
@@ -69,15 +69,20 @@ impl<'a> Side<'a> {
 
 impl AdjointSweep {
     /// Replaces the derivatives with respect to q₀ and v₀ by those with respect to the guess.
-    pub(super) fn through_assembly(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
+    pub(super) fn through_assembly(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        linearisation: &mut Linearisation,
+    ) -> Result<(), Error> {
         let Some(assembly) = &motion.assembly else { return Ok(()) };
         let zeros = Pair::new(system.n(), system.m());
         let (mut q_bar, v_bar) = (self.gradient.start.q().clone(), self.gradient.start.rate().clone());
         let of = (motion, assembly, &zeros);
-        let Back { guess: v, q } = self.through(system, newton, Which::Velocities, of, &v_bar)?;
+        let Back { guess: v, q } = self.through(system, linearisation, Which::Velocities, of, &v_bar)?;
         q_bar += q;
-        let Back { guess: q, .. } = self.through(system, newton, Which::Coordinates, of, &q_bar)?;
-        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
+        let Back { guess: q, .. } = self.through(system, linearisation, Which::Coordinates, of, &q_bar)?;
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         self.gradient.start = Start::Assembled { q, v, held: assembly.held.clone() };
         Ok(())
     }
@@ -86,35 +91,35 @@ impl AdjointSweep {
     fn through(
         &mut self,
         system: &System,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         which: Which,
         of: (&Motion, &Assembly, &Pair),
         bar: &DVector<f64>,
     ) -> Result<Back, Error> {
-        let side = self.side(system, newton, which, of)?;
+        let side = self.side(system, linearisation, which, of)?;
         let right = Pair { v: bar.as_slice().to_vec(), sigma: vec![0.0; system.m()] };
-        let (x, of_held) = side.tangent.solve_transposed(system, newton, &right)?;
-        self.add_parameters_of(system, newton, &side, &x);
-        let Back { guess, q } = side.back(system, newton, &x);
+        let (x, of_held) = side.tangent.solve_transposed(system, linearisation, &right)?;
+        self.add_parameters_of(system, linearisation, &side, &x);
+        let Back { guess, q } = side.back(system, linearisation, &x);
         Ok(Back { guess: guess + of_held, q })
     }
 
     pub(super) fn side<'a>(
         &mut self,
         system: &System,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         which: Which,
         of: (&'a Motion, &'a Assembly, &'a Pair),
     ) -> Result<Side<'a>, Error> {
-        Side::new(&mut Assembler { system, newton, report: &mut self.report, tolerance: 0.0 }, which, of)
+        Side::new(&mut Assembler { system, linearisation, report: &mut self.report, tolerance: 0.0 }, which, of)
     }
 
     /// Adds the contributions of (c, e) to derivatives with respect to parameters.
-    pub(super) fn add_parameters_of(&mut self, system: &System, newton: &mut Newton, side: &Side, x: &Pair) {
+    pub(super) fn add_parameters_of(&mut self, system: &System, linearisation: &mut Linearisation, side: &Side, x: &Pair) {
         let minus = x.negative();
         let ([of_moved, _], [_, of_unmoved]) = (side.covectors(&minus), side.covectors(x));
         for (at, with) in [(&side.moved, &of_moved), (&side.unmoved, &of_unmoved)] {
-            self.with_parameters(system, |rows| newton.evaluation.pull_back_inputs(system, at, with, rows));
+            self.with_parameters(system, |rows| linearisation.evaluation.pull_back_inputs(system, at, with, rows));
         }
         if side.tangent.which == Which::Coordinates {
             self.with_parameters(system, |rows| {

@@ -10,7 +10,7 @@ use crate::adjoint::growth::Growth;
 use crate::forward::restarts::Restart;
 use crate::forward::{ForwardSweep, Motion};
 use crate::motion::{Task, Watch};
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::scheme::{StageAdjoint, carried_part};
 use crate::system::{CostFactors, NodeView};
 use crate::{Error, Settings, System};
@@ -30,7 +30,7 @@ impl AdjointSweep {
             sweep.begin(system, motion, settings)?;
             choose(k, &mut sweep.cost.factors);
         }
-        Self::back(sweeps, system, motion, &mut stepper.newton, (0..motion.nodes(), watch))?;
+        Self::back(sweeps, system, motion, &mut stepper.newton.linearisation, (0..motion.nodes(), watch))?;
         for sweep in sweeps {
             sweep.is_recorded = sweep.record.is_some();
             sweep.finish(system, &monitor.report)?;
@@ -43,12 +43,12 @@ impl AdjointSweep {
         sweeps: &mut [AdjointSweep],
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (nodes, watch): (Range<usize>, &mut Watch),
     ) -> Result<(), Error> {
-        newton.evaluation.set_compliance(motion.trajectory.compliance_from(nodes.end - 1));
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(nodes.end - 1));
         for node in nodes.rev() {
-            visit(sweeps, system, motion, newton, node)?;
+            visit(sweeps, system, motion, linearisation, node)?;
             watch.tell(Task::Gradient, motion.nodes() - node, motion.nodes())?;
         }
         Ok(())
@@ -59,18 +59,18 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (node, is_restart): (usize, bool),
         is_factored: &mut bool,
     ) -> Result<(), Error> {
         self.cost_rows(system, motion, node)?;
         if !self.cost_is_zero {
-            self.growth.add_source(motion, &newton.weights, &self.cost, node);
+            self.growth.add_source(motion, &linearisation.weights, &self.cost, node);
         }
         self.take_sigma_before(node);
         let (last, h) = (motion.trajectory.last_stage(), half_step(motion, node));
         let h = if is_restart || node == 0 { 0.0 } else { h };
-        self.solve(system, motion, newton, (node, last), (h, None, is_factored), || motion.at(node))
+        self.solve(system, motion, linearisation, (node, last), (h, None, is_factored), || motion.at(node))
     }
 
     /// Solves the adjoint equations of a restart, from the restarted motion to the step before it.
@@ -78,7 +78,7 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (node, restart): (usize, &Restart),
     ) -> Result<(), Error> {
         if self.is_idle {
@@ -87,7 +87,7 @@ impl AdjointSweep {
         if let Some(record) = &mut self.record {
             record.begin_crossing(node, &self.step[self.stage]);
         }
-        let crossed = self.cross(system, motion, newton, restart, node);
+        let crossed = self.cross(system, motion, linearisation, restart, node);
         crossed.map_err(|breakdown| self.singular(system, motion, node, &breakdown))
     }
 
@@ -96,13 +96,13 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (node, restart): (usize, &Restart),
         is_factored: &mut bool,
     ) -> Result<(), Error> {
         let (last, h) = (motion.trajectory.last_stage(), half_step(motion, node));
         let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
-        self.solve(system, motion, newton, (node, last), (h, Some(restart.step_blocks), is_factored), end)
+        self.solve(system, motion, linearisation, (node, last), (h, Some(restart.step_blocks), is_factored), end)
     }
 
     /// Solves the adjoint equations of stage s between a node and the previous one.
@@ -110,7 +110,7 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (node, s): (usize, usize),
         is_factored: &mut bool,
     ) -> Result<(), Error> {
@@ -119,7 +119,7 @@ impl AdjointSweep {
         carried_part((&scheme, s), dt, &mut self.step, &mut self.carried);
         self.stage_cost_rows(system, motion, (node, s))?;
         let h = dt * scheme.a(s, s);
-        self.solve(system, motion, newton, (node, s), (h, None, is_factored), || motion.at_stage(node, s))?;
+        self.solve(system, motion, linearisation, (node, s), (h, None, is_factored), || motion.at_stage(node, s))?;
         self.add_inner_inputs(node, scheme.c(s));
         self.time += before;
         Ok(())
@@ -130,7 +130,7 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (node, s): (usize, usize),
         with: (f64, Option<&[f64]>, &mut bool),
         at: impl Fn() -> NodeView<'a, f64>,
@@ -146,31 +146,31 @@ impl AdjointSweep {
             }
             return Ok(());
         }
-        self.solve_stage(system, motion, newton, (node, s), with)?;
-        self.input_rows(system, newton, at, node)
+        self.solve_stage(system, motion, linearisation, (node, s), with)?;
+        self.input_rows(system, linearisation, at, node)
     }
 
     /// Computes the derivatives with respect to q₀, v₀ or p*₀ and the design variables.
-    fn end_at_start(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
-        self.start_rows(system, motion, newton);
+    fn end_at_start(&mut self, system: &System, motion: &Motion, linearisation: &mut Linearisation) -> Result<(), Error> {
+        self.start_rows(system, motion, linearisation);
         motion.given_start.iter().for_each(|warning| self.report.warn(warning.clone()));
-        self.through_assembly(system, motion, newton)?;
+        self.through_assembly(system, motion, linearisation)?;
         let design = motion.inputs.design.as_slice();
         system.parameters().pull_back(design, &self.design, self.gradient.design.as_mut_slice());
         let StageAdjoint { a, b, .. } = &self.step[self.stage];
-        self.growth.watch(&newton.weights, (a, b));
+        self.growth.watch(&linearisation.weights, (a, b));
         Ok(())
     }
 
     /// Adds the derivative with respect to the length of the step that ends at a node, and carries the adjoint variables to its beginning.
-    fn leave(&mut self, motion: &Motion, newton: &Newton, (node, restart): (usize, Option<&Restart>)) {
+    fn leave(&mut self, motion: &Motion, linearisation: &Linearisation, (node, restart): (usize, Option<&Restart>)) {
         self.step_row(motion, restart, node);
         carried_part((&motion.trajectory.scheme, 0), motion.length(node), &mut self.step, &mut self.carried);
         if let Some(variables) = &mut self.variables {
             variables.store_step(node, &self.carried);
         }
         if node.is_multiple_of(Growth::LOOK_EVERY) {
-            self.growth.watch(&newton.weights, (&self.carried.a, &self.carried.b));
+            self.growth.watch(&linearisation.weights, (&self.carried.a, &self.carried.b));
         }
     }
 }
@@ -180,32 +180,36 @@ fn visit(
     sweeps: &mut [AdjointSweep],
     system: &System,
     motion: &Motion,
-    newton: &mut Newton,
+    linearisation: &mut Linearisation,
     node: usize,
 ) -> Result<(), Error> {
     let restart = motion.restarts.at(node);
-    side_by_side(sweeps, |sweep, is_factored| sweep.arrive(system, motion, newton, (node, restart.is_some()), is_factored))?;
+    side_by_side(sweeps, |sweep, is_factored| {
+        sweep.arrive(system, motion, linearisation, (node, restart.is_some()), is_factored)
+    })?;
     if let Some(restart) = &restart {
-        sweeps.iter_mut().try_for_each(|sweep| sweep.cross_restart(system, motion, newton, (node, restart)))?;
+        sweeps.iter_mut().try_for_each(|sweep| sweep.cross_restart(system, motion, linearisation, (node, restart)))?;
         // Needed even if all sweeps are idle, since one may begin at an earlier node.
-        newton.evaluation.set_compliance(motion.trajectory.compliance_into(node));
-        side_by_side(sweeps, |sweep, is_factored| sweep.end_step(system, motion, newton, (node, restart), is_factored))?;
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_into(node));
+        side_by_side(sweeps, |sweep, is_factored| {
+            sweep.end_step(system, motion, linearisation, (node, restart), is_factored)
+        })?;
     }
     for sweep in &mut *sweeps {
         sweep.refinement.add_controls(node, 1.0, &sweep.u, &mut sweep.gradient.controls);
         sweep.store(node);
     }
     if node == 0 {
-        return sweeps.iter_mut().try_for_each(|sweep| sweep.end_at_start(system, motion, newton));
+        return sweeps.iter_mut().try_for_each(|sweep| sweep.end_at_start(system, motion, linearisation));
     }
     if system.may_bend() && motion.trajectory.scheme.is_trapezoidal() {
         let watched = sweeps.iter_mut().filter(|sweep| !sweep.is_idle);
-        watched.for_each(|sweep| sweep.watch_resolution(system, motion, newton, restart.as_ref(), node));
+        watched.for_each(|sweep| sweep.watch_resolution(system, motion, linearisation, restart.as_ref(), node));
     }
     for s in (1..motion.trajectory.last_stage()).rev() {
-        side_by_side(sweeps, |sweep, is_factored| sweep.inner_stage(system, motion, newton, (node, s), is_factored))?;
+        side_by_side(sweeps, |sweep, is_factored| sweep.inner_stage(system, motion, linearisation, (node, s), is_factored))?;
     }
-    sweeps.iter_mut().for_each(|sweep| sweep.leave(motion, newton, (node, restart.as_ref())));
+    sweeps.iter_mut().for_each(|sweep| sweep.leave(motion, linearisation, (node, restart.as_ref())));
     Ok(())
 }
 

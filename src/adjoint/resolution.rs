@@ -20,7 +20,7 @@ use crate::adjoint::AdjointSweep;
 use crate::forward::Motion;
 use crate::forward::restarts::Restart;
 use crate::motion::{Report, column};
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::dot;
 use crate::system::{Covector, NodeValues, NodeView, Within};
 use crate::{System, Warning};
@@ -141,7 +141,7 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         restart: Option<&Restart>,
         node: usize,
     ) {
@@ -161,7 +161,7 @@ impl AdjointSweep {
             }
         }
         if self.resolution.quiet.is_some() {
-            self.look_into_step(system, motion, newton, restart, node);
+            self.look_into_step(system, motion, linearisation, restart, node);
         }
     }
 
@@ -170,7 +170,7 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         restart: Option<&Restart>,
         node: usize,
     ) {
@@ -207,7 +207,7 @@ impl AdjointSweep {
             }
         };
         let with = Covector { c, d, e };
-        newton.evaluation.look_within(system, ([&before, &end], &change.view()), &with, &mut judge);
+        linearisation.evaluation.look_within(system, ([&before, &end], &change.view()), &with, &mut judge);
         self.report.chord_evaluations += 2 * self.resolution.bends.len();
     }
 }

@@ -6,7 +6,7 @@ use crate::forward::Motion;
 use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restarts::Restart;
 use crate::linear::Breakdown;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::add;
 use crate::scheme::StageAdjoint;
 use crate::system::{Covector, InputRows, NodeView, Pair};
@@ -23,14 +23,14 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         restart: &Restart,
         node: usize,
     ) -> Result<(), Breakdown> {
         self.begin_crossing();
-        self.cross_momentum(system, motion, newton, restart, node);
-        newton.evaluation.set_compliance(&motion.shared);
-        self.cross_projection(system, motion, newton, (restart, None), node)?;
+        self.cross_momentum(system, motion, linearisation, restart, node);
+        linearisation.evaluation.set_compliance(&motion.shared);
+        self.cross_projection(system, motion, linearisation, (restart, None), node)?;
         if let Some(record) = &mut self.record {
             record.end_crossing(&self.step[self.stage]);
         }
@@ -52,13 +52,13 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         restart: &Restart,
         node: usize,
     ) {
         let StageAdjoint { b, e, .. } = &self.step[self.stage];
         let with = Covector { c: b, d: &self.zeros.v, e: &self.zeros.sigma };
-        newton.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
+        linearisation.evaluation.pull_back(system, restart.momentum_blocks, &with, &mut self.rows);
         self.cost.v.copy_from_slice(&self.rows.v);
         add(&mut self.cost.q, &self.rows.q);
         let here = motion.at(node);
@@ -76,7 +76,7 @@ impl AdjointSweep {
         let at = NodeView { v: restart.v, sigma: restart.begin, ..here };
         let evaluations = &mut self.report.input_evaluations;
         let mut rows = InputRows { u: &mut self.u, design: &mut self.design, time: &mut self.time, evaluations };
-        newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
+        linearisation.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
     }
 
     /// Adjoint of 𝓛_v(q, w, ν) = 0 and Φ(q, t) = 0 with q = q⁻ + w, if there was a projection; `less` is subtracted from the right-hand side.
@@ -84,7 +84,7 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (restart, less): (&Restart, Option<&Pair>),
         node: usize,
     ) -> Result<(), Breakdown> {
@@ -103,14 +103,14 @@ impl AdjointSweep {
                 positions.v.iter().zip(&less.v).for_each(|(&position, less)| right[position] -= less);
                 positions.sigma.iter().zip(&less.sigma).for_each(|(&position, less)| right[position] -= less);
             }
-            newton.factor_and_solve_transposed(system, 0.0, blocks, right, &mut self.report)?;
+            linearisation.factor_and_solve_transposed(system, 0.0, blocks, right, &mut self.report)?;
             c.iter_mut().zip(&positions.v).for_each(|(c, &position)| *c = right[position]);
             e.iter_mut().zip(&positions.sigma).for_each(|(e, &position)| *e = right[position]);
             let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
-            newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
+            linearisation.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             d.iter_mut().zip(&*c).for_each(|(d, c)| *d -= c);
-            let change = newton.size_of(d);
-            if is_rounding(change, last, newton.size_of(c)) {
+            let change = linearisation.size_of(d);
+            if is_rounding(change, last, linearisation.size_of(c)) {
                 break;
             }
             last = change;
@@ -124,7 +124,7 @@ impl AdjointSweep {
         let with = Covector { c, d: &self.zeros.v, e: &self.zeros.sigma };
         let evaluations = &mut self.report.input_evaluations;
         let mut rows = InputRows { u: &mut self.u, design: &mut self.design, time: &mut self.time, evaluations };
-        newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
+        linearisation.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
         system.placed().for_each(|item| item.pull_back_phi(&at, e, &mut rows));
         Ok(())
     }

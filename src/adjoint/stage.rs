@@ -12,7 +12,7 @@
 use super::sweep::AdjointSweep;
 use crate::forward::Motion;
 use crate::motion::column;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::system::Covector;
 use crate::{Error, System};
 
@@ -22,24 +22,24 @@ impl AdjointSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (i, s): (usize, usize),
         (h, blocks, is_factored): (f64, Option<&[f64]>, &mut bool),
     ) -> Result<(), Error> {
         self.stage = s - 1;
         let at = motion.block_column(i - motion.first, s);
         let blocks = blocks.unwrap_or_else(|| column(&motion.blocks, at));
-        self.right_side(system, newton, h, blocks);
+        self.right_side(system, linearisation, h, blocks);
         let solved = match std::mem::replace(is_factored, true) {
-            true => Ok(newton.solve_transposed(system, &mut self.right, &mut self.report)),
-            false => newton.factor_and_solve_transposed(system, h, blocks, &mut self.right, &mut self.report),
+            true => Ok(linearisation.solve_transposed(system, &mut self.right, &mut self.report)),
+            false => linearisation.factor_and_solve_transposed(system, h, blocks, &mut self.right, &mut self.report),
         };
         match solved {
-            Ok(pivot) if self.accuracy.is_in_doubt(pivot) => self.refine(system, newton, (h, blocks), pivot),
+            Ok(pivot) if self.accuracy.is_in_doubt(pivot) => self.refine(system, linearisation, (h, blocks), pivot),
             Ok(_) => {}
             Err(breakdown) => return Err(self.singular(system, motion, i, &breakdown)),
         }
-        self.insert(system, newton, h, blocks);
+        self.insert(system, linearisation, h, blocks);
         if let Some(record) = &mut self.record {
             record.store(at, &self.step[self.stage]);
         }
@@ -48,7 +48,7 @@ impl AdjointSweep {
 
     /// Computes D, and the right-hand side r.
     #[inline(always)]
-    fn right_side(&mut self, system: &System, newton: &mut Newton, h: f64, blocks: &[f64]) {
+    fn right_side(&mut self, system: &System, linearisation: &mut Linearisation, h: f64, blocks: &[f64]) {
         let n = system.n();
         let (node, carried) = (&mut self.step[self.stage], &self.carried);
         let positions = system.positions();
@@ -70,25 +70,25 @@ impl AdjointSweep {
             }
             positions.sigma.iter().zip(&cost.sigma).for_each(|(&position, j_sigma)| right[position] -= j_sigma);
         }
-        for &(j, mu) in newton.evaluation.compliance() {
+        for &(j, mu) in linearisation.evaluation.compliance() {
             right[positions.sigma[j]] -= mu * carried.e[j];
         }
-        newton.evaluation.subtract_force_rows(system, h, blocks, d, right);
+        linearisation.evaluation.subtract_force_rows(system, h, blocks, d, right);
     }
 
     /// One step of iterative refinement of (c, e).
     #[cold]
-    fn refine(&mut self, system: &System, newton: &mut Newton, (h, blocks): (f64, &[f64]), pivot: f64) {
+    fn refine(&mut self, system: &System, linearisation: &mut Linearisation, (h, blocks): (f64, &[f64]), pivot: f64) {
         self.solution.copy_from_slice(&self.right);
-        self.right_side(system, newton, h, blocks);
-        let correction = newton.refine_transposed(system, h, blocks, &self.solution, &mut self.right);
+        self.right_side(system, linearisation, h, blocks);
+        let correction = linearisation.refine_transposed(system, h, blocks, &self.solution, &mut self.right);
         self.accuracy.note(correction, pivot);
         self.report.refined_solutions += 1;
     }
 
     /// Computes the adjoint variables from (c, e), which are stored in place of r.
     #[inline(always)]
-    fn insert(&mut self, system: &System, newton: &mut Newton, h: f64, blocks: &[f64]) {
+    fn insert(&mut self, system: &System, linearisation: &mut Linearisation, h: f64, blocks: &[f64]) {
         let n = system.n();
         let (node, carried, positions) = (&mut self.step[self.stage], &self.carried, system.positions());
         let (a_sum, b_sum, position) = (&carried.a[..n], &carried.b[..n], &positions.v[..n]);
@@ -105,6 +105,6 @@ impl AdjointSweep {
             a.iter_mut().zip(&self.cost.q).for_each(|(a, j_q)| *a -= j_q);
             b.iter_mut().zip(&self.cost.p_star).for_each(|(b, j_p)| *b -= j_p);
         }
-        newton.evaluation.subtract_row_q(system, blocks, &Covector { c, d, e: &node.e }, a);
+        linearisation.evaluation.subtract_row_q(system, blocks, &Covector { c, d, e: &node.e }, a);
     }
 }

@@ -24,7 +24,7 @@ use crate::forward::Motion;
 use crate::forward::restarts::Restart;
 use crate::linear::Breakdown;
 use crate::motion::{Refinement, Report, column_mut};
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::{add, add_dot, all_finite, total};
 use crate::scheme::{Carried, StageAdjoint};
 use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows};
@@ -201,17 +201,17 @@ impl AdjointSweep {
     pub(super) fn input_rows<'a>(
         &mut self,
         system: &System,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         at: impl Fn() -> NodeView<'a, f64>,
         node: usize,
     ) -> Result<(), Error> {
         let StageAdjoint { c, d, e, .. } = &self.step[self.stage];
-        newton.evaluation.constants.pull_back_controls(d, &mut self.u);
+        linearisation.evaluation.constants.pull_back_controls(d, &mut self.u);
         let with = Covector { c, d, e };
         let evaluations = &mut self.report.input_evaluations;
         let mut rows = InputRows { u: &mut self.u, design: &mut self.design, time: &mut self.time, evaluations };
         if system.formulas().assembly.has_input_derivatives() {
-            newton.evaluation.pull_back_inputs(system, &at(), &with, &mut rows);
+            linearisation.evaluation.pull_back_inputs(system, &at(), &with, &mut rows);
         }
         if node == 0 {
             // The start time is not an input: √t may begin at t = 0.
@@ -270,7 +270,7 @@ impl AdjointSweep {
     }
 
     /// dJ/dp*₀ = J_p* − c₀ − b₁ and dJ/dq₀ = J_q − a₁ + 𝓛_vqᵀ c₀ + …; then from p*₀ = T_v(q₀, v₀; b) to v₀, q₀ and b.
-    pub(super) fn start_rows(&mut self, system: &System, motion: &Motion, newton: &mut Newton) {
+    pub(super) fn start_rows(&mut self, system: &System, motion: &Motion, linearisation: &mut Linearisation) {
         // At node 0, a is a₁ − 𝓛_vqᵀ c₀ − … − J_q and b is c₀ + b₁ − J_p*.
         let StageAdjoint { a, b, .. } = &self.step[self.stage];
         self.gradient.start.q_mut().iter_mut().zip(a).for_each(|(q, a)| *q = -a);
@@ -278,11 +278,11 @@ impl AdjointSweep {
         if let Start::Velocity { q, v } = &mut self.gradient.start {
             let with = Covector { c: v.as_slice(), d: &self.zeros.v, e: &self.zeros.sigma };
             let (at, blocks) = motion.given_start();
-            newton.evaluation.pull_back(system, blocks, &with, &mut self.rows);
+            linearisation.evaluation.pull_back(system, blocks, &with, &mut self.rows);
             let (mut u, mut time) = (vec![0.0; system.k()], 0.0);
             let (design, evaluations) = (self.design.as_mut_slice(), &mut self.report.input_evaluations);
             let mut rows = InputRows { u: &mut u, design, time: &mut time, evaluations };
-            newton.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
+            linearisation.evaluation.pull_back_inputs(system, &at, &with, &mut rows);
             v.copy_from_slice(&self.rows.v);
             add(q.as_mut_slice(), &self.rows.q);
         }

@@ -60,7 +60,7 @@ impl Accelerations {
     }
 
     fn prepare(&mut self, system: &System, at: &NodeView<f64>) -> Result<(), Error> {
-        let evaluation = &mut self.state.newton.evaluation;
+        let evaluation = &mut self.state.linearisation.evaluation;
         let known = evaluation.fingerprint();
         evaluation.set_start(system, at)?;
         let elements = &evaluation.formulas(system).elements;
@@ -170,14 +170,14 @@ impl Accelerations {
 
     /// True if constraints depend on each other at this state, so that reactions may not be determined.
     pub(crate) fn is_compliant(&self) -> bool {
-        !self.state.newton.evaluation.compliance().is_empty()
+        !self.state.linearisation.evaluation.compliance().is_empty()
     }
 
     /// v̇ and λ of the last state, which is `at`, and their changes along a direction.
     pub(crate) fn along(&mut self, system: &System, at: &NodeView<f64>, along: &NodeView<f64>) -> [&Pair; 2] {
         let Accelerations { state, second, x, adjoint, .. } = self;
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
-        let elements = &state.newton.evaluation.formulas(system).elements;
+        let elements = &state.linearisation.evaluation.formulas(system).elements;
         let second = second.get_or_insert_with(|| AccelerationSecondOrder::fixed(system, elements, at.design));
         second.changes((system, elements), (&here, along), &mut state.right);
         state.solve(system, adjoint);
@@ -197,7 +197,7 @@ impl Accelerations {
         (first, rows): (&mut CostRows, &mut CostRows),
     ) -> Result<(), Error> {
         let Accelerations { state, equations, second, x, adjoint, change, zeros, .. } = self;
-        let elements = &state.newton.evaluation.formulas(system).elements;
+        let elements = &state.linearisation.evaluation.formulas(system).elements;
         let second = second.get_or_insert_with(|| AccelerationSecondOrder::fixed(system, elements, at.design));
         state.right.v.copy_from_slice(&first.v_dot);
         state.right.sigma.copy_from_slice(&first.lambda);
@@ -207,7 +207,7 @@ impl Accelerations {
         // K̇ (c, e).
         first.clear();
         let with = Covector { c: &adjoint.v, d: &zeros.v, e: &adjoint.sigma };
-        let evaluation = &state.newton.evaluation;
+        let evaluation = &state.linearisation.evaluation;
         evaluation.pull_back_along(&evaluation.blocks, &fixed, &with, first);
         equations_along.pull_back(system, (&here, &fixed), &with, first);
         let less = |(right, (row, less)): (&mut f64, (&f64, &f64))| *right = row - less;
@@ -215,7 +215,7 @@ impl Accelerations {
         state.right.sigma.iter_mut().zip(rows.lambda.iter().zip(&first.sigma)).for_each(less);
         state.solve(system, change);
         equations.pull_back(system, &here, change, rows);
-        let elements = &state.newton.evaluation.formulas(system).elements;
+        let elements = &state.linearisation.evaluation.formulas(system).elements;
         second.pull_back((system, elements), (&here, &fixed), adjoint, rows)?;
         // The rows are linear in v̇ and λ.
         let moved = NodeView { v_dot: along.v_dot, lambda: along.lambda, ..here };
@@ -246,7 +246,7 @@ impl Accelerations {
         let mut lifted = [&x.v, &x.sigma].map(|x| x.iter().map(|&x| R::from(x)).collect::<Vec<R>>());
         let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(&real.view(), zeros) };
         for k in 1..R::PARTS {
-            let (elements, along) = (&state.newton.evaluation.formulas(system).elements, part(k));
+            let (elements, along) = (&state.linearisation.evaluation.formulas(system).elements, part(k));
             let (of, at) = ((system, &elements[..]), (&here, &along.view()));
             if by_programs {
                 let second = second.get_or_insert_with(|| AccelerationSecondOrder::fixed(system, elements, here.design));

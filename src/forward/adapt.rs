@@ -271,7 +271,7 @@ impl ForwardSweep {
         local_error(scheme, dt, |s| trajectory.rates(k, s).0, of(0), delta_q);
         local_error(scheme, dt, |s| trajectory.rates(k, s).1, of(1), &mut delta.v);
         delta.sigma.fill(0.0);
-        self.stepper.newton.solve(system, delta);
+        self.stepper.newton.linearisation.solve(system, delta);
         let largest = |errors: &[f64], sizes: &[f64]| {
             let relative = errors.iter().zip(sizes).map(|(error, x)| error.abs() / x.abs().max(1.0));
             relative.fold(0.0, |most: f64, x| if x.is_nan() { f64::INFINITY } else { most.max(x) })

@@ -9,7 +9,7 @@
 
 use crate::System;
 use crate::motion::Report;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::largest;
 use crate::system::{Covector, InputRows, NodeView, Pair, StateRows};
 
@@ -24,19 +24,19 @@ struct Combination {
     y: Option<Vec<f64>>,
 }
 
-/// The design variables that break the dependence z. `newton` has factors of K(0) with the compliances of all loops; `masses` is the diagonal of M.
+/// The design variables that break the dependence z. `linearisation` has factors of K(0) with the compliances of all loops; `masses` is the diagonal of M.
 pub(super) fn designs(
     system: &System,
-    newton: &mut Newton,
+    linearisation: &mut Linearisation,
     at: &NodeView<f64>,
     (z, masses): (&[f64], &[f64]),
 ) -> Vec<usize> {
     let [of_positions, terms] = [z.to_vec(), weighted(z)].map(|z| Combination { z, y: None });
-    let mut breaks = of_positions.breaking(system, newton, at, &terms);
-    if let Some((v, [y, y_of_terms])) = moving(system, newton, at, (z, masses)) {
+    let mut breaks = of_positions.breaking(system, linearisation, at, &terms);
+    if let Some((v, [y, y_of_terms])) = moving(system, linearisation, at, (z, masses)) {
         let of_velocities = Combination { z: z.to_vec(), y: Some(y) };
         let terms = Combination { z: weighted(z), y: Some(y_of_terms) };
-        let by_velocities = of_velocities.breaking(system, newton, &NodeView { v: &v, ..*at }, &terms);
+        let by_velocities = of_velocities.breaking(system, linearisation, &NodeView { v: &v, ..*at }, &terms);
         breaks.iter_mut().zip(by_velocities).for_each(|(breaks, by_velocity)| *breaks |= by_velocity);
     }
     (0..breaks.len()).filter(|&b| breaks[b]).collect()
@@ -45,7 +45,7 @@ pub(super) fn designs(
 /// Admissible velocities v in which all motions take part, y, and y without cancelling terms; `None` if v itself ends the dependence.
 fn moving(
     system: &System,
-    newton: &mut Newton,
+    linearisation: &mut Linearisation,
     at: &NodeView<f64>,
     (z, masses): (&[f64], &[f64]),
 ) -> Option<(Vec<f64>, [Vec<f64>; 2])> {
@@ -53,16 +53,16 @@ fn moving(
     let (at_rest, none) = (vec![0.0; n], vec![0.0; m]);
     let mut pair = Pair::new(n, m);
     let still = NodeView { v: &at_rest, sigma: &none, ..*at };
-    newton.l_v_and_phi_dot(system, &still, &mut pair, &mut Report::default());
+    linearisation.l_v_and_phi_dot(system, &still, &mut pair, &mut Report::default());
     pair.sigma.iter_mut().for_each(|phi_t| *phi_t = -*phi_t);
     pair.v.iter_mut().enumerate().for_each(|(i, p)| *p = masses[i] * (1.0 + 0.3 * (i as f64).sin()));
-    newton.solve(system, &mut pair);
+    linearisation.solve(system, &mut pair);
     let v = pair.v.clone();
     let moved = NodeView { v: &v, ..still };
-    newton.l_v_and_phi_dot(system, &moved, &mut pair, &mut Report::default());
+    linearisation.l_v_and_phi_dot(system, &moved, &mut pair, &mut Report::default());
     let mut rows = StateRows::new(n, m);
     let mut by_q = |z: &[f64]| {
-        let evaluation = &newton.evaluation;
+        let evaluation = &linearisation.evaluation;
         evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &at_rest, d: &at_rest, e: z }, &mut rows);
         rows.q.clone()
     };
@@ -71,7 +71,7 @@ fn moving(
     let most = (0..n).fold(0.0f64, |most, i| most.max(mobility(i, right[i]).abs()).max(mobility(i, terms[i]).abs()));
     let [y, y_of_terms] = [right, terms].map(|right| {
         let mut y = Pair { v: right, sigma: none.clone() };
-        newton.solve(system, &mut y);
+        linearisation.solve(system, &mut y);
         y
     });
     (largest(&y.v) <= ROUNDING * most).then_some((v, [y.sigma, y_of_terms.sigma]))
@@ -79,21 +79,28 @@ fn moving(
 
 impl Combination {
     /// For each design variable, true if its sum is not zero compared with the same terms with other weights.
-    fn breaking(&self, system: &System, newton: &mut Newton, at: &NodeView<f64>, terms: &Combination) -> Vec<bool> {
+    fn breaking(
+        &self,
+        system: &System,
+        linearisation: &mut Linearisation,
+        at: &NodeView<f64>,
+        terms: &Combination,
+    ) -> Vec<bool> {
         // At another point terms do not cancel, whether they belong to several equations or to one.
         let aside = |x: &[f64]| Vec::from_iter(x.iter().enumerate().map(|(i, x)| x + 0.5 + 0.3 * (i as f64).sin()));
         let [q, v] = [at.q, at.v].map(aside);
-        let sums = self.sums(system, newton, at);
+        let sums = self.sums(system, linearisation, at);
         let elsewhere = NodeView { q: &q, v: &v, ..*at };
-        let most = Combination { z: evenly(&self.z), y: terms.y.as_deref().map(evenly) }.sums(system, newton, &elsewhere);
-        let terms = [*at, elsewhere].map(|at| terms.sums(system, newton, &at));
+        let most =
+            Combination { z: evenly(&self.z), y: terms.y.as_deref().map(evenly) }.sums(system, linearisation, &elsewhere);
+        let terms = [*at, elsewhere].map(|at| terms.sums(system, linearisation, &at));
         // The terms may be NaN at the other point; `max` ignores NaN.
         let size = |b: usize| (ROUNDING * terms[0][b].abs().max(terms[1][b].abs())).max(NOTHING * most[b].abs());
         (0..sums.len()).map(|b| sums[b].abs() > size(b)).collect()
     }
 
     /// The sums for all design variables.
-    fn sums(&self, system: &System, newton: &mut Newton, at: &NodeView<f64>) -> Vec<f64> {
+    fn sums(&self, system: &System, linearisation: &mut Linearisation, at: &NodeView<f64>) -> Vec<f64> {
         let (mut time, mut evaluations) = (0.0, 0);
         let (mut u, mut by_parameters) = (vec![0.0; system.k()], vec![0.0; system.parameters().len()]);
         let rows = &mut InputRows { u: &mut u, design: &mut by_parameters, time: &mut time, evaluations: &mut evaluations };
@@ -101,7 +108,7 @@ impl Combination {
             None => system.placed().for_each(|item| item.pull_back_phi(at, &self.z, rows)),
             Some(y) => {
                 let (none, minus): (Vec<f64>, Vec<f64>) = (vec![0.0; system.n()], y.iter().map(|y| -y).collect());
-                newton.evaluation.pull_back_inputs(system, at, &Covector { c: &none, d: &none, e: &self.z }, rows);
+                linearisation.evaluation.pull_back_inputs(system, at, &Covector { c: &none, d: &none, e: &self.z }, rows);
                 system.placed().for_each(|item| item.pull_back_phi(at, &minus, rows));
             }
         }

@@ -10,7 +10,7 @@
 use super::redundancy::root_flexibility;
 use crate::System;
 use crate::motion::Compliances;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::larger;
 use crate::system::{Covector, Pair, StateRows};
 
@@ -74,7 +74,7 @@ impl Circuits {
     /// True if all left-out equations have sufficient shares, with the current factors at the point of the last evaluation.
     pub(super) fn are_good(
         &mut self,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         system: &System,
         (shared, now): (&Compliances, &Compliances),
     ) -> bool {
@@ -83,11 +83,11 @@ impl Circuits {
         self.left_out.extend(left_out(now, shared));
         self.carry_over();
         self.most_v = 0.0;
-        if !self.compute_groups(newton, system, shared) {
+        if !self.compute_groups(linearisation, system, shared) {
             self.known.clear();
         }
         if self.known.len() < self.left_out.len() {
-            self.find(newton, system, shared);
+            self.find(linearisation, system, shared);
         }
         self.known.iter().all(|circuit| circuit.is_good)
     }
@@ -151,7 +151,7 @@ impl Circuits {
     }
 
     /// Computes the shares in all known circuits, group by group; false if the circuits have changed.
-    fn compute_groups(&mut self, newton: &mut Newton, system: &System, shared: &Compliances) -> bool {
+    fn compute_groups(&mut self, linearisation: &mut Linearisation, system: &System, shared: &Compliances) -> bool {
         let groups = self.known.iter().map(|circuit| circuit.group + 1).max().unwrap_or(0);
         for group in 0..groups {
             self.unit.fill(0.0);
@@ -161,7 +161,7 @@ impl Circuits {
                 self.unit[j] = root_flexibility(mu).recip();
                 circuit.equations.iter().for_each(|&k| self.is_inside[k] = true);
             }
-            self.solve(newton, system, shared);
+            self.solve(linearisation, system, shared);
             if self.shares.iter().zip(&self.is_inside).any(|(share, inside)| !inside && *share > STRAY) {
                 return false;
             }
@@ -174,7 +174,7 @@ impl Circuits {
 
     /// Computes the unknown circuits one by one.
     #[cold]
-    fn find(&mut self, newton: &mut Newton, system: &System, shared: &Compliances) {
+    fn find(&mut self, linearisation: &mut Linearisation, system: &System, shared: &Compliances) {
         for left_out in self.left_out.clone() {
             if self.known.iter().any(|circuit| circuit.left_out == left_out) {
                 continue;
@@ -182,7 +182,7 @@ impl Circuits {
             let (j, mu) = shared[left_out];
             self.unit.fill(0.0);
             self.unit[j] = root_flexibility(mu).recip();
-            self.solve(newton, system, shared);
+            self.solve(linearisation, system, shared);
             let own = self.shares[left_out];
             let takes_part = |k: &usize| *k == left_out || self.shares[*k] >= NEGLIGIBLE * own;
             let equations = (0..shared.len()).filter(takes_part).collect();
@@ -194,14 +194,14 @@ impl Circuits {
     }
 
     /// Computes the shares in the sum of the circuits of the equations in `unit`.
-    fn solve(&mut self, newton: &mut Newton, system: &System, shared: &Compliances) {
-        let evaluation = &newton.evaluation;
+    fn solve(&mut self, linearisation: &mut Linearisation, system: &System, shared: &Compliances) {
+        let evaluation = &linearisation.evaluation;
         let with = Covector { c: &self.zeros, d: &self.zeros, e: &self.unit };
         evaluation.pull_back(system, &evaluation.blocks, &with, &mut self.rows);
         self.left.v.copy_from_slice(&self.rows.v);
         self.left.sigma.fill(0.0);
-        newton.solve(system, &mut self.left);
-        self.most_v = larger(self.most_v, newton.size_of(&self.left.v));
+        linearisation.solve(system, &mut self.left);
+        self.most_v = larger(self.most_v, linearisation.size_of(&self.left.v));
         for (share, &(j, mu)) in self.shares.iter_mut().zip(shared) {
             *share = (self.unit[j] - self.left.sigma[j]).abs() * root_flexibility(mu);
         }

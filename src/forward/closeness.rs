@@ -2,7 +2,7 @@
 
 use crate::System;
 use crate::forward::ForwardSweep;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::system::Pair;
 
 /// Above this value of 1/θ there are no restarts: ε/θ² = 2e-4.
@@ -16,21 +16,21 @@ pub(super) const UNDETERMINED: f64 = 1e6;
 pub(super) fn closeness(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
     let worst = forward.monitor.report.worst_pivot;
     let blocks = forward.motion.node_blocks(node);
-    if let Err(breakdown) = forward.stepper.newton.factor(system, 0.0, blocks, &mut forward.monitor.report) {
+    if let Err(breakdown) = forward.stepper.newton.linearisation.factor(system, 0.0, blocks, &mut forward.monitor.report) {
         // Values that are not finite cause an error of the restart.
         return if breakdown.pivot.is_finite() { f64::INFINITY } else { 0.0 };
     }
     forward.warn_of_lost_digits(system, node, worst);
-    closeness_here(&mut forward.stepper.newton, system, &mut forward.restarting.point.left)
+    closeness_here(&mut forward.stepper.newton.linearisation, system, &mut forward.restarting.point.left)
 }
 
 /// Computes 1/θ with the current factors.
-pub(super) fn closeness_here(newton: &mut Newton, system: &System, left: &mut Pair) -> f64 {
+pub(super) fn closeness_here(linearisation: &mut Linearisation, system: &System, left: &mut Pair) -> f64 {
     left.v.fill(0.0);
-    for (j, (violation, weight)) in left.sigma.iter_mut().zip(newton.weights.multipliers()).enumerate() {
+    for (j, (violation, weight)) in left.sigma.iter_mut().zip(linearisation.weights.multipliers()).enumerate() {
         // An arbitrary combination of all equations.
         *violation = weight * (1.0 + 0.3 * (j as f64).sin());
     }
-    newton.solve(system, left);
-    newton.size_of(&left.v)
+    linearisation.solve(system, left);
+    linearisation.size_of(&left.v)
 }

@@ -24,7 +24,7 @@ const MOST_LEVELS: u32 = 12;
 impl ForwardSweep {
     /// True if the velocities at the nodes before a column alternate from node to node by more than rounding.
     pub(crate) fn is_rough(&self, k: usize) -> bool {
-        let weights = &self.stepper.newton.weights;
+        let weights = &self.stepper.newton.linearisation.weights;
         let momentum = weights.of_momenta(column(&self.motion.trajectory.p_star, k - 1));
         let v = |before: usize| column(&self.motion.trajectory.v, k - before);
         let size = |v: &[f64]| weights.of_velocities(v.iter().copied());
@@ -59,7 +59,7 @@ impl ForwardSweep {
     fn is_far_from_before(&self, k: usize) -> bool {
         let change = self.stepper.newton.miss.change;
         let before = column(&self.motion.trajectory.v, k - 1).iter().copied();
-        change > MISSED * self.stepper.newton.weights.of_velocities(before)
+        change > MISSED * self.stepper.newton.linearisation.weights.of_velocities(before)
     }
 
     /// The length of the step that ends in a column, relative to the previous one.
@@ -71,7 +71,7 @@ impl ForwardSweep {
     /// True if mean accelerations in the step that ends in a column and in the previous step differ by more than this fraction.
     pub(crate) fn turns_by(&self, k: usize, part: f64) -> bool {
         let [v, v1, v2] = [0, 1, 2].map(|before| column(&self.motion.trajectory.v, k - before));
-        let size = |changes: &mut dyn Iterator<Item = f64>| self.stepper.newton.weights.of_velocities(changes);
+        let size = |changes: &mut dyn Iterator<Item = f64>| self.stepper.newton.linearisation.weights.of_velocities(changes);
         let ratio = self.step_ratio(k);
         let change = size(&mut v.iter().zip(v1).map(|(v, v1)| v - v1));
         let before = size(&mut v1.iter().zip(v2).map(|(v1, v2)| ratio * (v1 - v2)));
@@ -83,7 +83,7 @@ impl ForwardSweep {
     fn is_beyond(&self, k: usize) -> bool {
         let (v, before) = (column(&self.motion.trajectory.v, k - 1), column(&self.motion.trajectory.v, k - 2));
         let changes = v.iter().zip(before).map(|(v, before)| v - before);
-        self.stepper.newton.miss.change > 2.0 * self.stepper.newton.weights.of_velocities(changes)
+        self.stepper.newton.miss.change > 2.0 * self.stepper.newton.linearisation.weights.of_velocities(changes)
     }
 
     /// Continues the solution of the step that ends at a node from h = 0; the next step is not extrapolated from earlier nodes.

@@ -11,7 +11,7 @@
 use super::Motion;
 use super::monitor::Monitor;
 use crate::motion::column;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::larger;
 use crate::{Settings, System, Warning};
 
@@ -36,8 +36,8 @@ impl Monitor {
     }
 
     /// Prepares for a motion whose largest coordinates are not known yet.
-    pub(crate) fn begin(&mut self, system: &System, newton: &Newton) {
-        self.measure_sinusoidal(newton);
+    pub(crate) fn begin(&mut self, system: &System, linearisation: &Linearisation) {
+        self.measure_sinusoidal(linearisation);
         self.reach.clear();
         if self.lengths.contains(&0.0) {
             self.reach.resize(system.n(), 0.0);
@@ -50,20 +50,27 @@ impl Monitor {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &Newton,
+        linearisation: &Linearisation,
         node: usize,
         settings: &Settings,
     ) {
         let is_last = node + 1 == motion.nodes();
         if (is_last || node >= FIRST && node.is_power_of_two()) && system.m() > 0 {
-            self.measure_drift(system, motion, newton, node, settings);
+            self.measure_drift(system, motion, linearisation, node, settings);
         }
     }
 
     // Rare, and therefore not part of the loop over the steps.
     #[cold]
     #[inline(never)]
-    fn measure_drift(&mut self, system: &System, motion: &Motion, newton: &Newton, node: usize, settings: &Settings) {
+    fn measure_drift(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        linearisation: &Linearisation,
+        node: usize,
+        settings: &Settings,
+    ) {
         self.take_reach(motion, node);
         self.phi.fill(0.0);
         system.phi(&motion.at(node), &mut self.phi);
@@ -71,7 +78,7 @@ impl Monitor {
         // A violation that is allowed at the start is not drift.
         let violation = |phi: f64| if size(phi) > settings.position_tolerance { size(phi) } else { 0.0 };
         self.phi.iter_mut().for_each(|phi| *phi = violation(*phi));
-        self.measure_lengths(system, motion, newton, node);
+        self.measure_lengths(system, motion, linearisation, node);
         let violated = self.phi.iter().zip(&self.lengths).enumerate().filter(|(_, (phi, _))| **phi > 0.0);
         // An infinite violation counts even if the length is infinite.
         let share = |phi: f64, length: f64| if phi.is_finite() { phi / length } else { phi };
@@ -82,17 +89,17 @@ impl Monitor {
     }
 
     /// Computes ℓ of the violated equations.
-    pub(crate) fn measure_lengths(&mut self, system: &System, motion: &Motion, newton: &Newton, node: usize) {
-        self.measure_sinusoidal(newton);
+    pub(crate) fn measure_lengths(&mut self, system: &System, motion: &Motion, linearisation: &Linearisation, node: usize) {
+        self.measure_sinusoidal(linearisation);
         if self.phi.iter().zip(&self.lengths).any(|(phi, length)| *phi != 0.0 && *length == 0.0) {
             self.measure_other_lengths(system, motion, node);
         }
     }
 
     /// Computes ℓ of the sinusoidal equations, and zero for the others.
-    fn measure_sinusoidal(&mut self, newton: &Newton) {
+    fn measure_sinusoidal(&mut self, linearisation: &Linearisation) {
         self.lengths.fill(0.0);
-        let waves = &newton.evaluation.constants.waves;
+        let waves = &linearisation.evaluation.constants.waves;
         waves.iter().for_each(|wave| self.lengths[wave.equation] += wave.sine.hypot(wave.cosine));
     }
 

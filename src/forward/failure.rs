@@ -82,7 +82,7 @@ impl ForwardSweep {
 
     /// The element that is not finite where the iteration failed.
     fn find_not_finite_iterate(&self, system: &System, node: usize) -> Option<Error> {
-        let x = self.stepper.newton.iterate(system);
+        let x = self.stepper.newton.linearisation.iterate(system);
         let h = self.stepper.half_step(&self.motion.trajectory.scheme, self.motion.length(node));
         let q: Vec<f64> = self.stepper.start_q.iter().zip(&x.v).map(|(q, v)| q + h * v).collect();
         // A diverged iterate does not show that a formula fails.

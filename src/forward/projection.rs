@@ -17,7 +17,7 @@ use super::Motion;
 use super::monitor::Monitor;
 use crate::System;
 use crate::motion::Report;
-use crate::node::{Newton, StepFailure};
+use crate::node::{Linearisation, StepFailure};
 use crate::number::{larger, largest};
 use crate::system::{NodeView, Pair};
 
@@ -52,12 +52,12 @@ impl Point {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         node: usize,
         report: &mut Report,
     ) {
         let at = NodeView { q: &self.q, v: &self.x.v, sigma: &self.x.sigma, ..motion.at(node) };
-        newton.l_v(system, &at, &mut self.left.v, report);
+        linearisation.l_v(system, &at, &mut self.left.v, report);
     }
 }
 
@@ -66,7 +66,7 @@ pub(super) struct Projection<'a> {
     pub(super) system: &'a System,
     pub(super) motion: &'a Motion,
     /// Newton's method, with the factors of K(0) at q⁻ before the projection.
-    pub(super) newton: &'a mut Newton,
+    pub(super) linearisation: &'a mut Linearisation,
     pub(super) monitor: &'a mut Monitor,
     pub(super) node: usize,
 }
@@ -75,7 +75,7 @@ impl Projection<'_> {
     /// Moves the point `at` from q⁻ of a node to its projection; its blocks are then in the evaluation. Needs the factors of K(0) at q⁻.
     pub(super) fn apply(&mut self, at: &mut Point) -> Result<(), StepFailure> {
         self.l_v(at);
-        let momentum = self.newton.weights.of_momenta(&at.left.v);
+        let momentum = self.linearisation.weights.of_momenta(&at.left.v);
         at.x.v.fill(0.0);
         let (mut last, mut moved) = (f64::INFINITY, f64::INFINITY);
         for corrections in 0..MOST_CORRECTIONS_OF_PROJECTION {
@@ -84,12 +84,12 @@ impl Projection<'_> {
                 self.check_quadratic(&at.left.v, momentum)?;
             }
             self.violation(at);
-            if REFACTORED.contains(&corrections) && !self.newton.evaluation.compliance().is_empty() {
-                let factored = self.newton.factor_here(self.system, 0.0, &mut self.monitor.report);
+            if REFACTORED.contains(&corrections) && !self.linearisation.evaluation.compliance().is_empty() {
+                let factored = self.linearisation.factor_here(self.system, 0.0, &mut self.monitor.report);
                 factored.map_err(StepFailure::Singular)?;
             }
-            self.newton.solve(self.system, &mut at.left);
-            let (correction, size) = (self.newton.size_of(&at.left.v), self.newton.size_of(&at.q));
+            self.linearisation.solve(self.system, &mut at.left);
+            let (correction, size) = (self.linearisation.size_of(&at.left.v), self.linearisation.size_of(&at.q));
             moved = largest(&at.left.v);
             if correction <= ROUNDING * size {
                 return Ok(());
@@ -115,7 +115,7 @@ impl Projection<'_> {
 
     /// Returns an error if T_v(q, 0) ≠ 0, because it would move q even if Φ = 0.
     fn check_quadratic(&self, at_rest: &[f64], momentum: f64) -> Result<(), StepFailure> {
-        let weights = self.newton.weights.momenta();
+        let weights = self.linearisation.weights.momenta();
         let size = |i: usize| weights[i] * at_rest[i].abs();
         let Some(most) = (0..at_rest.len()).max_by(|&a, &b| size(a).total_cmp(&size(b))) else { return Ok(()) };
         if size(most) > LINEAR * momentum {
@@ -128,8 +128,8 @@ impl Projection<'_> {
     /// Writes Φ or, with compliances, Φ − μ ν.
     fn violation(&mut self, at: &mut Point) {
         let point = NodeView { q: &at.q, ..self.motion.at(self.node) };
-        self.newton.evaluation.phi(self.system, &point, &mut at.left.sigma);
-        for &(j, mu) in self.newton.evaluation.compliance() {
+        self.linearisation.evaluation.phi(self.system, &point, &mut at.left.sigma);
+        for &(j, mu) in self.linearisation.evaluation.compliance() {
             at.left.sigma[j] -= mu * at.x.sigma[j];
         }
     }
@@ -139,8 +139,8 @@ impl Projection<'_> {
     fn is_rounding_of_phi(&mut self, at: &mut Point, correction: f64) -> bool {
         self.l_v(at);
         at.left.sigma.fill(0.0);
-        self.newton.solve(self.system, &mut at.left);
-        let of_l_v = self.newton.size_of(&at.left.v);
+        self.linearisation.solve(self.system, &mut at.left);
+        let of_l_v = self.linearisation.size_of(&at.left.v);
         self.violation(at);
         let terms = self.terms(at);
         let is_rounding = |(phi, terms): (&f64, &f64)| phi.abs() <= ROUNDING_OF_PHI * terms;
@@ -151,11 +151,11 @@ impl Projection<'_> {
     /// the other formulas.
     fn terms(&mut self, at: &Point) -> Vec<f64> {
         self.monitor.phi.copy_from_slice(&at.left.sigma);
-        self.monitor.measure_lengths(self.system, self.motion, self.newton, self.node);
+        self.monitor.measure_lengths(self.system, self.motion, self.linearisation, self.node);
         let mut terms = self.monitor.lengths.clone();
         let entries = self.system.phi_q(&NodeView { q: &at.q, ..self.motion.at(self.node) });
         entries.iter().for_each(|entry| terms[entry.row] += (entry.value * at.q[entry.col]).abs());
-        let waves = &self.newton.evaluation.constants.waves;
+        let waves = &self.linearisation.evaluation.constants.waves;
         let mut is_known = vec![false; terms.len()];
         waves.iter().for_each(|wave| is_known[wave.equation] = true);
         let others = || is_known.iter().enumerate().filter(|(_, known)| !**known).map(|(j, _)| j);
@@ -165,6 +165,6 @@ impl Projection<'_> {
     }
 
     fn l_v(&mut self, at: &mut Point) {
-        at.evaluate(self.system, self.motion, self.newton, self.node, &mut self.monitor.report);
+        at.evaluate(self.system, self.motion, self.linearisation, self.node, &mut self.monitor.report);
     }
 }

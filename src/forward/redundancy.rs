@@ -14,7 +14,7 @@
 
 use super::rank;
 use crate::motion::Compliances;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::system::{Covector, ElementKind, Entry, NodeView, Pair, StateRows};
 use crate::{Error, System, Warning};
 
@@ -45,14 +45,14 @@ pub(crate) fn root_flexibility(compliance: f64) -> f64 {
 }
 
 /// The compliances of the equations that close loops, at the point of the last evaluation.
-pub(super) fn compliances(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<(usize, f64)> {
-    of_loops(system, &flexibilities(system, at, &apparent_masses(newton, system, at)))
+pub(super) fn compliances(linearisation: &Linearisation, system: &System, at: &NodeView<f64>) -> Vec<(usize, f64)> {
+    of_loops(system, &flexibilities(system, at, &apparent_masses(linearisation, system, at)))
 }
 
 /// diag(M) at the point of the last evaluation.
-pub(crate) fn masses(newton: &Newton, system: &System) -> Vec<f64> {
+pub(crate) fn masses(linearisation: &Linearisation, system: &System) -> Vec<f64> {
     let (n, m) = (system.n(), system.m());
-    let evaluation = &newton.evaluation;
+    let evaluation = &linearisation.evaluation;
     let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], StateRows::new(n, m));
     let mut masses = vec![0.0; n];
     // M times the sum of unit vectors that M does not couple: the diagonal entries for all of them.
@@ -65,8 +65,8 @@ pub(crate) fn masses(newton: &Newton, system: &System) -> Vec<f64> {
 }
 
 /// diag(M) at the last evaluation; for a coordinate without inertia, that of others through its constraints: Σ_j Φ_ji² / (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj.
-pub(crate) fn apparent_masses(newton: &Newton, system: &System, at: &NodeView<f64>) -> Vec<f64> {
-    let masses = masses(newton, system);
+pub(crate) fn apparent_masses(linearisation: &Linearisation, system: &System, at: &NodeView<f64>) -> Vec<f64> {
+    let masses = masses(linearisation, system);
     let mut apparent = masses.clone();
     if masses.contains(&0.0) {
         let flexibilities = flexibilities(system, at, &masses);
@@ -88,7 +88,7 @@ pub(crate) fn flexibilities(system: &System, at: &NodeView<f64>, masses: &[f64])
 
 /// Shares of equations in the softest combination of constraints, the largest being 1, by inverse iteration with the current factors of K(0); `None`
 /// if this combination is not soft.
-pub(super) fn softest(newton: &mut Newton, system: &System, roots: &[f64]) -> Option<Vec<f64>> {
+pub(super) fn softest(linearisation: &mut Linearisation, system: &System, roots: &[f64]) -> Option<Vec<f64>> {
     let mut x = Pair::new(system.n(), system.m());
     // An arbitrary combination of all constraints.
     let mut shares: Vec<f64> = (0..system.m()).map(|j| 1.0 + 0.3 * (j as f64).sin()).collect();
@@ -96,7 +96,7 @@ pub(super) fn softest(newton: &mut Newton, system: &System, roots: &[f64]) -> Op
     for _ in 0..3 {
         x.v.fill(0.0);
         x.sigma.iter_mut().zip(shares.iter().zip(roots)).for_each(|(r, (share, root))| *r = share * root);
-        newton.solve(system, &mut x);
+        linearisation.solve(system, &mut x);
         shares.iter_mut().zip(x.sigma.iter().zip(roots)).for_each(|(share, (sigma, root))| *share = sigma * root);
         growth = shares.iter().fold(0.0f64, |largest, share| largest.max(share.abs()));
         shares.iter_mut().for_each(|share| *share /= growth);

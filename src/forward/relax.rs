@@ -20,17 +20,18 @@ const SHARE: f64 = 1e-5;
 ///
 /// The last evaluation must be at the start. Without success nothing is changed.
 pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f64>, scaled: Option<&Scaled>) -> bool {
-    let masses = apparent_masses(&forward.stepper.newton, system, at);
+    let masses = apparent_masses(&forward.stepper.newton.linearisation, system, at);
     let flexibility = flexibilities(system, at, &masses);
     let shared = of_loops(system, &flexibility);
     if shared.is_empty() {
         return false;
     }
-    forward.stepper.newton.evaluation.set_compliance(&shared);
+    forward.stepper.newton.linearisation.evaluation.set_compliance(&shared);
     let roots: Vec<f64> = flexibility.iter().map(|s| s.sqrt()).collect();
-    let soft = forward.factor_start(system).ok().and_then(|()| softest(&mut forward.stepper.newton, system, &roots));
+    let soft =
+        forward.factor_start(system).ok().and_then(|()| softest(&mut forward.stepper.newton.linearisation, system, &roots));
     let Some(shares) = soft else {
-        forward.stepper.newton.evaluation.set_compliance(&[]);
+        forward.stepper.newton.linearisation.evaluation.set_compliance(&[]);
         return false;
     };
     let takes_part = |j: &usize| shares[*j].abs() > SHARE;
@@ -45,9 +46,11 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
     let z: Vec<f64> = (0..system.m()).map(|j| if takes_part(&j) { shares[j] / roots[j] } else { 0.0 }).collect();
     let breaking = if system.designs() > 0 {
         // Factor again, because the choice above replaces the factors.
-        forward.stepper.newton.evaluation.set_compliance(&shared);
+        forward.stepper.newton.linearisation.evaluation.set_compliance(&shared);
         let factored = forward.factor_start(system);
-        factored.map(|()| breaking::designs(system, &mut forward.stepper.newton, at, (&z, &masses))).unwrap_or_default()
+        factored
+            .map(|()| breaking::designs(system, &mut forward.stepper.newton.linearisation, at, (&z, &masses)))
+            .unwrap_or_default()
     } else {
         Vec::new()
     };
@@ -72,7 +75,7 @@ pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]
     let design = &forward.motion.design;
     let is_same = |known: &Relaxed| known.q == q && known.design == *design && known.time == time;
     let Some(known) = forward.relaxed.take().filter(is_same) else { return false };
-    forward.stepper.newton.evaluation.set_compliance(&known.compliance);
+    forward.stepper.newton.linearisation.evaluation.set_compliance(&known.compliance);
     let regular = forward.factor_start(system).is_ok();
     if regular {
         forward.motion.shared.clone_from(&known.shared);
@@ -80,7 +83,7 @@ pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]
         known.warnings.iter().for_each(|warning| forward.monitor.report.warn(warning.clone()));
         forward.relaxed = Some(known);
     } else {
-        forward.stepper.newton.evaluation.set_compliance(&[]);
+        forward.stepper.newton.linearisation.evaluation.set_compliance(&[]);
     }
     regular
 }
@@ -88,14 +91,14 @@ pub(crate) fn relax_again(forward: &mut ForwardSweep, system: &System, q: &[f64]
 /// Computes the weights of unknowns and equations from K(0) at the start, with nothing left out.
 pub(crate) fn weigh(forward: &mut ForwardSweep, system: &System) {
     if !forward.motion.leaves_out() {
-        return forward.stepper.newton.weigh(system);
+        return forward.stepper.newton.linearisation.weigh(system);
     }
     let chosen = forward.motion.trajectory.compliance_from(0).to_vec();
-    forward.stepper.newton.evaluation.set_compliance(&forward.motion.shared);
+    forward.stepper.newton.linearisation.evaluation.set_compliance(&forward.motion.shared);
     if forward.factor_start(system).is_ok() {
-        forward.stepper.newton.weigh(system);
+        forward.stepper.newton.linearisation.weigh(system);
     }
-    forward.stepper.newton.evaluation.set_compliance(&chosen);
+    forward.stepper.newton.linearisation.evaluation.set_compliance(&chosen);
 }
 
 impl ForwardSweep {
@@ -106,10 +109,10 @@ impl ForwardSweep {
 
     #[cold]
     fn compare_gaps(&self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-        let (at, newton) = (self.motion.at(node), &self.stepper.newton);
+        let (at, linearisation) = (self.motion.at(node), &self.stepper.newton.linearisation);
         let sigma = |j: usize| at.sigma[j] - self.stepper.start_sigma[j];
-        let within = (settings.velocity_tolerance, newton.size_of(at.v));
-        refuse_gaps(system, &at, (newton.evaluation.compliance(), sigma), within)
+        let within = (settings.velocity_tolerance, linearisation.size_of(at.v));
+        refuse_gaps(system, &at, (linearisation.evaluation.compliance(), sigma), within)
     }
 
     /// Measures the energy that compliances absorb, μ Δσ² in a stage, if positions have drifted so that dependent constraints block the motion.
@@ -120,8 +123,14 @@ impl ForwardSweep {
         }
         let of_stage = |stage: usize| {
             let at = motion.at_stage(node, stage);
-            let gaps =
-                self.stepper.newton.evaluation.compliance().iter().map(|&(j, mu)| (mu * (at.sigma[j] - start[j]), mu));
+            let gaps = self
+                .stepper
+                .newton
+                .linearisation
+                .evaluation
+                .compliance()
+                .iter()
+                .map(|&(j, mu)| (mu * (at.sigma[j] - start[j]), mu));
             gaps.filter(|(gap, _)| gap.abs() > LOAD).map(|(gap, mu)| gap * gap / mu).sum()
         };
         let taken = (1..=motion.trajectory.last_stage()).map(of_stage).fold(0.0, larger);

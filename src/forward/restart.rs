@@ -99,7 +99,12 @@ pub(crate) fn keep_end(forward: &mut ForwardSweep, node: usize) {
 /// ‖Φ‖∞ at a node.
 fn drift(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
     let ForwardSweep { motion, stepper, monitor, .. } = forward;
-    stepper.newton.evaluation.phi_of_node(system, &motion.at(node), motion.node_blocks(node), &mut monitor.phi);
+    stepper.newton.linearisation.evaluation.phi_of_node(
+        system,
+        &motion.at(node),
+        motion.node_blocks(node),
+        &mut monitor.phi,
+    );
     largest(&monitor.phi)
 }
 
@@ -116,17 +121,17 @@ fn restart(
     at.x.v.copy_from_slice(y.v);
     at.x.sigma.fill(0.0);
     if project {
-        if stepper.newton.evaluation.compliance() != motion.shared {
+        if stepper.newton.linearisation.evaluation.compliance() != motion.shared {
             // Left-out equations are projected with the others.
-            stepper.newton.evaluation.set_compliance(&motion.shared);
+            stepper.newton.linearisation.evaluation.set_compliance(&motion.shared);
             let blocks = motion.node_blocks(node);
-            stepper.newton.factor(system, 0.0, blocks, &mut monitor.report).map_err(StepFailure::Singular)?;
+            stepper.newton.linearisation.factor(system, 0.0, blocks, &mut monitor.report).map_err(StepFailure::Singular)?;
         }
-        Projection { system, motion, newton: &mut stepper.newton, monitor, node }.apply(at)?;
+        Projection { system, motion, linearisation: &mut stepper.newton.linearisation, monitor, node }.apply(at)?;
     }
     record(forward, node, project, settings);
     let anew = forward.motion.trajectory.compliance_from(node);
-    forward.stepper.newton.evaluation.set_compliance(anew);
+    forward.stepper.newton.linearisation.evaluation.set_compliance(anew);
     begin_anew(forward, system, node, settings)
 }
 
@@ -147,7 +152,7 @@ fn record(forward: &mut ForwardSweep, node: usize, project: bool, settings: &Set
     restarts.step_blocks.extend_from_slice(column(&forward.motion.blocks, at_end));
     // Recorded even without a projection, so that all lists have entries for all restarts.
     restarts.nu.extend_from_slice(&forward.restarting.point.x.sigma);
-    restarts.projection_blocks.extend_from_slice(&forward.stepper.newton.evaluation.blocks);
+    restarts.projection_blocks.extend_from_slice(&forward.stepper.newton.linearisation.evaluation.blocks);
     let ends = y.sigma.iter().zip(&forward.restarting.last_end.sigma);
     restarts.begin.extend(ends.map(|(now, before)| weights[0] * now + weights[1] * before));
     forward.motion.trajectory.restarted.push(node);
@@ -161,8 +166,8 @@ fn begin_anew(forward: &mut ForwardSweep, system: &System, node: usize, settings
     at.x.v.copy_from_slice(column(&motion.trajectory.v, k));
     let begin = motion.restarts.begin.len() - at.x.sigma.len();
     at.x.sigma.copy_from_slice(&motion.restarts.begin[begin..]);
-    at.evaluate(system, motion, &mut stepper.newton, node, &mut monitor.report);
-    motion.restarts.momentum_blocks.extend_from_slice(&stepper.newton.evaluation.blocks);
+    at.evaluate(system, motion, &mut stepper.newton.linearisation, node, &mut monitor.report);
+    motion.restarts.momentum_blocks.extend_from_slice(&stepper.newton.linearisation.evaluation.blocks);
     stepper.set_start(&at.q, &at.left.v, &at.x.sigma);
     column_mut(&mut motion.trajectory.q, k).copy_from_slice(&at.q);
     column_mut(&mut motion.trajectory.sigma, k).copy_from_slice(&at.x.sigma);
@@ -177,7 +182,7 @@ fn weights(forward: &mut ForwardSweep, k: usize, settings: &Settings) -> [f64; 2
     }
     let every = settings.rebase_every.max(1) as f64;
     let [before, now] = [&forward.restarting.last_end.sigma, column(&forward.motion.trajectory.sigma, k)];
-    let weights = &forward.stepper.newton.weights;
+    let weights = &forward.stepper.newton.linearisation.weights;
     let range = weights.of_multipliers(now.iter().zip(before).map(|(now, before)| every * (now - before)));
     let size = weights.of_multipliers(now.iter().copied());
     forward.restarting.most_range = larger(forward.restarting.most_range, range);

@@ -47,8 +47,8 @@ impl ForwardSweep {
         self.stepper.start_sigma.fill(0.0);
         let state = [inputs.start.q().as_slice(), &self.stepper.start_p, &self.stepper.start_sigma];
         let start = NodeView::of_equations(state, (inputs.controls_at(0), inputs.grid.start, &self.motion.design));
-        self.stepper.newton.evaluation.set_start(system, &start)?;
-        self.monitor.begin(system, &self.stepper.newton);
+        self.stepper.newton.linearisation.evaluation.set_start(system, &start)?;
+        self.monitor.begin(system, &self.stepper.newton.linearisation);
         self.assemble(system, inputs, settings)
     }
 
@@ -57,10 +57,10 @@ impl ForwardSweep {
         self.motion.assembly = None;
         let Start::Assembled { q, v, held } = &inputs.start else { return Ok(()) };
         let given = Given { u: inputs.controls_at(0), t: inputs.grid.start, design: &self.motion.design };
-        let (newton, report) = (&mut self.stepper.newton, &mut self.monitor.report);
+        let (linearisation, report) = (&mut self.stepper.newton.linearisation, &mut self.monitor.report);
         // Larger tolerances are meant for given starts.
         let tolerance = settings.position_tolerance.min(Settings::default().position_tolerance);
-        let mut assembler = Assembler { system, newton, report, tolerance };
+        let mut assembler = Assembler { system, linearisation, report, tolerance };
         let assembled = assembler.assemble((q.as_slice(), v.as_slice(), held), given);
         let (start, assembly) = assembled.map_err(|error| error.started_at(inputs.grid.around[0]))?;
         self.motion.inputs.start = start;
@@ -78,7 +78,7 @@ impl ForwardSweep {
         self.motion.trajectory.restarted.clear();
         self.motion.forget_compliance();
         self.motion.trajectory.times[0] = self.motion.inputs.grid.start;
-        self.stepper.newton.evaluation.set_compliance(&[]);
+        self.stepper.newton.linearisation.evaluation.set_compliance(&[]);
         self.stepper.set_clock(0, Clock::new(self.motion.inputs.grid.start));
         let first = self.motion.inputs.grid.around[0];
         start::solve(self, system, settings).map_err(|error| error.started_at(first))?;
@@ -127,7 +127,7 @@ impl ForwardSweep {
             self.watch_turns(system, node);
             self.monitor.watch_reach(&self.motion, node);
             restart::apply(self, system, node, settings)?;
-            self.monitor.watch_drift(system, &self.motion, &self.stepper.newton, node, settings);
+            self.monitor.watch_drift(system, &self.motion, &self.stepper.newton.linearisation, node, settings);
             self.monitor.examiner.visit(system, &self.motion, node, &mut self.monitor.report);
             node += 1;
             self.motion.trajectory.computed = node - self.motion.first;

@@ -22,7 +22,7 @@ use super::rank::Scaled;
 use super::redundancy::{CONTRADICTION, refuse_gaps, root_flexibility, softest};
 use super::{ForwardSweep, Motion};
 use crate::motion::{Compliances, Report};
-use crate::node::{Newton, StepFailure};
+use crate::node::{Linearisation, StepFailure};
 use crate::system::{Given, KnownPart, NodeView, Sums};
 use crate::{Error, Settings, System, Warning};
 
@@ -64,10 +64,10 @@ pub(super) fn watch(forward: &mut ForwardSweep, system: &System, node: usize) {
     if !motion.leaves_out() || motion.has_been_at(node) {
         return;
     }
-    let newton = &mut stepper.newton;
-    let is_close = closeness_here(newton, system, &mut restarting.point.left) > NEARLY_SINGULAR;
+    let linearisation = &mut stepper.newton.linearisation;
+    let is_close = closeness_here(linearisation, system, &mut restarting.point.left) > NEARLY_SINGULAR;
     let chosen = (&motion.shared[..], motion.trajectory.compliance_into(node));
-    let are_good = restarting.circuits.are_good(newton, system, chosen);
+    let are_good = restarting.circuits.are_good(linearisation, system, chosen);
     monitor.is_urgent = is_close || !are_good;
 }
 
@@ -119,12 +119,12 @@ pub(super) fn at_start(
     (shared, scaled): (&Compliances, &Scaled),
 ) -> Option<Vec<(usize, f64)>> {
     let q = scaled.aside(at, STRAIGHT_ON);
-    let (newton, circuits) = (&mut forward.stepper.newton, &mut forward.restarting.circuits);
+    let (linearisation, circuits) = (&mut forward.stepper.newton.linearisation, &mut forward.restarting.circuits);
     let mut select_at = |q: &[f64]| {
         let from = KnownPart { h: 0.0, q, p_star: &[], sigma: at.sigma };
-        newton.evaluation.set_compliance(shared);
-        newton.factor_at(system, &from, Given::from(*at), (at.v, at.sigma), &mut Report::default()).ok()?;
-        select(newton, system, circuits, (shared, shared), &mut Report::default())
+        linearisation.evaluation.set_compliance(shared);
+        linearisation.factor_at(system, &from, Given::from(*at), (at.v, at.sigma), &mut Report::default()).ok()?;
+        select(linearisation, system, circuits, (shared, shared), &mut Report::default())
     };
     let (aside, here) = (select_at(q.as_slice())?, select_at(at.q)?);
     (left_out(&aside, shared).count() < left_out(&here, shared).count()).then_some(here)
@@ -146,38 +146,38 @@ fn look(
     let is_projected = project(forward, system, node, settings)?;
     let ForwardSweep { motion, stepper, monitor, restarting, .. } = &mut *forward;
     let of = (&motion.shared[..], &now[..]);
-    let select = || select(&mut stepper.newton, system, &mut restarting.circuits, of, &mut monitor.report);
+    let select = || select(&mut stepper.newton.linearisation, system, &mut restarting.circuits, of, &mut monitor.report);
     let chosen = is_projected.then(select).flatten();
-    let (newton, blocks) = (&mut forward.stepper.newton, forward.motion.node_blocks(node));
-    newton.evaluation.set_compliance(&now);
-    let restored = newton.factor(system, 0.0, blocks, &mut forward.monitor.report);
+    let (linearisation, blocks) = (&mut forward.stepper.newton.linearisation, forward.motion.node_blocks(node));
+    linearisation.evaluation.set_compliance(&now);
+    let restored = linearisation.factor(system, 0.0, blocks, &mut forward.monitor.report);
     Ok(chosen.filter(|chosen| restored.is_ok() && *chosen != forward.motion.shared))
 }
 
 /// Evaluates all terms at the projection of a node onto all equations; an error if equations contradict each other there, false if it fails.
 fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<bool, Error> {
     let ForwardSweep { motion, stepper, monitor, restarting, .. } = forward;
-    let (newton, at, y) = (&mut stepper.newton, &mut restarting.point, motion.at(node));
-    newton.evaluation.set_compliance(&motion.shared);
-    if newton.factor(system, 0.0, motion.node_blocks(node), &mut monitor.report).is_err() {
+    let (linearisation, at, y) = (&mut stepper.newton.linearisation, &mut restarting.point, motion.at(node));
+    linearisation.evaluation.set_compliance(&motion.shared);
+    if linearisation.factor(system, 0.0, motion.node_blocks(node), &mut monitor.report).is_err() {
         return Ok(false);
     }
     at.q.copy_from_slice(y.q);
     at.x.v.copy_from_slice(y.v);
     at.x.sigma.fill(0.0);
-    let projected = Projection { system, motion, newton, monitor, node }.apply(at);
-    let size = newton.size_of(&at.q);
+    let projected = Projection { system, motion, linearisation, monitor, node }.apply(at);
+    let size = linearisation.size_of(&at.q);
     // If equations contradict each other, ν is so large that its rounding moves q slightly.
     let is_close = match projected {
         Ok(()) => true,
-        Err(StepFailure::Projection { .. }) => newton.size_of(&at.left.v) <= CONTRADICTION * size,
+        Err(StepFailure::Projection { .. }) => linearisation.size_of(&at.left.v) <= CONTRADICTION * size,
         Err(_) => false,
     };
     if is_close {
         let nu = (&motion.shared[..], |j: usize| at.x.sigma[j]);
         refuse_gaps(system, &NodeView { q: &at.q, ..motion.at(node) }, nu, (settings.position_tolerance, size))?;
     }
-    if projected.is_err() || newton.factor_here(system, 0.0, &mut monitor.report).is_err() {
+    if projected.is_err() || linearisation.factor_here(system, 0.0, &mut monitor.report).is_err() {
         return Ok(false);
     }
     // The part of dΦ/dt that no velocities can satisfy: dΦ/dt = μ σ with the smallest correction of v.
@@ -186,8 +186,8 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
     system.plain_sums(&here, &mut sums);
     at.left.v.fill(0.0);
     at.left.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(left, phi_dot)| *left = -phi_dot);
-    newton.solve(system, &mut at.left);
-    let within = (settings.velocity_tolerance, newton.size_of(here.v));
+    linearisation.solve(system, &mut at.left);
+    let within = (settings.velocity_tolerance, linearisation.size_of(here.v));
     refuse_gaps(system, &here, (&motion.shared, |j| at.left.sigma[j]), within)?;
     Ok(true)
 }
@@ -195,36 +195,36 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
 /// Leaves out one equation for each dependency at the point of the last evaluation: the one left out before if it still has its share, otherwise the
 /// one with the largest share.
 pub(super) fn select(
-    newton: &mut Newton,
+    linearisation: &mut Linearisation,
     system: &System,
     circuits: &mut Circuits,
     (shared, now): (&Compliances, &Compliances),
     report: &mut Report,
 ) -> Option<Vec<(usize, f64)>> {
     let mut chosen = now.to_vec();
-    newton.evaluation.set_compliance(&chosen);
-    let is_regular = newton.factor_here(system, 0.0, report).is_ok();
-    let are_good = is_regular && circuits.are_good(newton, system, (shared, now));
+    linearisation.evaluation.set_compliance(&chosen);
+    let is_regular = linearisation.factor_here(system, 0.0, report).is_ok();
+    let are_good = is_regular && circuits.are_good(linearisation, system, (shared, now));
     if !is_regular || !circuits.are_dependent() {
         chosen.copy_from_slice(shared);
     } else if !are_good {
         circuits.exchange(shared, &mut chosen, LEFT_OUT);
     }
     if chosen != now {
-        newton.evaluation.set_compliance(&chosen);
-        newton.factor_here(system, 0.0, report).ok()?;
+        linearisation.evaluation.set_compliance(&chosen);
+        linearisation.factor_here(system, 0.0, report).ok()?;
     }
     let mut roots = vec![0.0; system.m()];
     shared.iter().for_each(|&(j, mu)| roots[j] = root_flexibility(mu));
-    while let Some(shares) = softest(newton, system, &roots) {
+    while let Some(shares) = softest(linearisation, system, &roots) {
         let share = |k: usize| if chosen[k] == shared[k] { shares[shared[k].0].abs() } else { 0.0 };
         let most = (0..shared.len()).max_by(|&a, &b| share(a).total_cmp(&share(b)))?;
         if share(most) == 0.0 {
             return None;
         }
         chosen[most].1 *= LEFT_OUT;
-        newton.evaluation.set_compliance(&chosen);
-        newton.factor_here(system, 0.0, report).ok()?;
+        linearisation.evaluation.set_compliance(&chosen);
+        linearisation.factor_here(system, 0.0, report).ok()?;
     }
     Some(chosen)
 }
@@ -256,16 +256,19 @@ mod tests {
             let mut forward = ForwardSweep::new(&system, crate::Scheme::TRAPEZOIDAL);
             forward.run(&system, &Inputs::at_rest(&system, Grid::uniform(1, 0.01)), &Settings::default()).expect("a step");
             let ForwardSweep { motion, stepper, monitor, .. } = &mut forward;
-            let (newton, at) = (&mut stepper.newton, motion.at(0));
-            let shared = compliances(newton, &system, &at);
+            let (linearisation, at) = (&mut stepper.newton.linearisation, motion.at(0));
+            let shared = compliances(linearisation, &system, &at);
             // Leaves out each equation of the loops in turn, though at most one of them follows from the others.
             for k in 0..shared.len() {
                 let mut now = shared.clone();
                 now[k].1 *= LEFT_OUT;
                 let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: at.sigma };
-                newton.factor_at(&system, &from, Given::from(at), (at.v, at.sigma), &mut monitor.report).expect("K(0)");
+                linearisation
+                    .factor_at(&system, &from, Given::from(at), (at.v, at.sigma), &mut monitor.report)
+                    .expect("K(0)");
                 let of = (&shared[..], &now[..]);
-                let chosen = select(newton, &system, &mut Circuits::default(), of, &mut monitor.report).expect("a choice");
+                let chosen =
+                    select(linearisation, &system, &mut Circuits::default(), of, &mut monitor.report).expect("a choice");
                 let count = left_out(&chosen, &shared).count();
                 assert_eq!(count, dependencies, "{} left out: {:?}", system.equation_name(shared[k].0), chosen);
             }

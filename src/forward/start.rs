@@ -34,8 +34,8 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
         let (u, design) = (forward.motion.inputs.controls_at(0), forward.motion.design.as_slice());
         let sigma = column(&forward.motion.trajectory.sigma, 0);
         let at = NodeView::of_equations([&q, &p_star, sigma], (u, forward.motion.trajectory.times[0], design));
-        forward.stepper.newton.l_v_and_phi_dot(system, &at, &mut left, &mut forward.monitor.report);
-        forward.motion.start_blocks.clone_from(&forward.stepper.newton.evaluation.blocks);
+        forward.stepper.newton.linearisation.l_v_and_phi_dot(system, &at, &mut left, &mut forward.monitor.report);
+        forward.motion.start_blocks.clone_from(&forward.stepper.newton.linearisation.evaluation.blocks);
         check_velocity(forward, system, [&q, &p_star], &mut left.sigma, settings)?;
         // σ₀ = 0, so 𝓛_v is T_v.
         p_star = left.v;
@@ -55,14 +55,14 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
     check_regular(forward, system, &q)?;
     forward.warn_of_lost_digits(system, 0, worst);
     forward.monitor.report.worst_pivot = worst.min(forward.monitor.report.worst_pivot);
-    if forward.stepper.newton.has_negative_mass(system) {
+    if forward.stepper.newton.linearisation.has_negative_mass(system) {
         note_negative_mass(forward, system, &q);
     }
     relax::weigh(forward, system);
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
     // K(0) does not contain derivatives of forces, with which the first step begins.
-    if !all_finite(&forward.stepper.newton.evaluation.blocks)
+    if !all_finite(&forward.stepper.newton.linearisation.evaluation.blocks)
         && let Some(error) = system.find_not_finite(&forward.motion.at(0), 0)
     {
         return Err(error);
@@ -167,7 +167,7 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
 /// Warns of admissible velocities with negative kinetic energy, by the coordinates with M_ii < 0 if there are any.
 #[cold]
 fn note_negative_mass(forward: &mut ForwardSweep, system: &System, q: &[f64]) {
-    let (masses, at) = (redundancy::masses(&forward.stepper.newton, system), point(forward, q));
+    let (masses, at) = (redundancy::masses(&forward.stepper.newton.linearisation, system), point(forward, q));
     let is_negative = |i: &usize| masses[*i] < 0.0;
     let known = Scaled::at(system, &at).map(|scaled| scaled.negative(system, &at));
     let mut found: Vec<usize> = known.clone().unwrap_or_else(|| (0..system.n()).collect());

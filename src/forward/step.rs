@@ -85,7 +85,7 @@ impl ForwardSweep {
         let design = self.motion.design.as_slice();
         let is_node = s == self.motion.trajectory.last_stage();
         let v_before = || column(&self.motion.trajectory.v, k - 1).iter().copied();
-        let size_before = if DAMPED { self.stepper.newton.weights.of_velocities(v_before()) } else { 0.0 };
+        let size_before = if DAMPED { self.stepper.newton.linearisation.weights.of_velocities(v_before()) } else { 0.0 };
         let columns = self.motion.trajectory.stage_mut(k, s);
         let u = if is_node { column(&self.motion.inputs.controls, node) } else { columns.u };
         let given = Given { u, t: *columns.time, design };
@@ -102,7 +102,7 @@ impl ForwardSweep {
         }
         self.warn_of_lost_digits(system, node, worst);
         let at = self.motion.block_column(k, s);
-        column_mut(&mut self.motion.blocks, at).copy_from_slice(&self.stepper.newton.evaluation.blocks);
+        column_mut(&mut self.motion.blocks, at).copy_from_slice(&self.stepper.newton.linearisation.evaluation.blocks);
         Ok(())
     }
 
@@ -117,7 +117,7 @@ impl ForwardSweep {
 
     #[cold]
     fn note_lost_digits(&mut self, system: &System, node: usize) {
-        let unknown = system.unknown_name(self.stepper.newton.worst_unknown(system));
+        let unknown = system.unknown_name(self.stepper.newton.linearisation.worst_unknown(system));
         let (step, time) = (self.motion.step_of_whole(node), self.motion.time(node));
         self.monitor.report.replace(Warning::LostDigits { step, time, unknown, pivot: self.monitor.report.worst_pivot });
     }
@@ -129,6 +129,6 @@ impl ForwardSweep {
         let (u, design) = (self.motion.inputs.controls_at(0), self.motion.design.as_slice());
         let given = Given { u, t: self.motion.trajectory.times[0], design };
         let (v, sigma) = (column(&self.motion.trajectory.v, 0), column(&self.motion.trajectory.sigma, 0));
-        self.stepper.newton.factor_at(system, &from, given, (v, sigma), &mut self.monitor.report)
+        self.stepper.newton.linearisation.factor_at(system, &from, given, (v, sigma), &mut self.monitor.report)
     }
 }

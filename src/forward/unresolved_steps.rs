@@ -18,7 +18,7 @@ impl ForwardSweep {
         }
         let (v, before) = (column(&self.motion.trajectory.v, k), column(&self.motion.trajectory.v, k - 1));
         let changes = v.iter().zip(before).map(|(v, before)| v - before);
-        let change = self.stepper.newton.weights.of_velocities(changes);
+        let change = self.stepper.newton.linearisation.weights.of_velocities(changes);
         let has_missed = self.stepper.newton.miss.change > SURPRISE * change;
         let turns = |k: usize| self.turns_by(k, JERK);
         let is_surprising = has_missed && (history >= GUESSED || k >= 2 && turns(k));

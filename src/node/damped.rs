@@ -43,12 +43,12 @@ impl<F: Factorization> Newton<F> {
         report: &mut Report,
     ) -> Result<(), StepFailure> {
         let mut scale = self.begin(system, from, given, y, report)?;
-        let mut before = self.weights.of_residual(&self.delta);
+        let mut before = self.linearisation.weights.of_residual(&self.linearisation.delta);
         let mut convergence = Convergence::new(settings.tolerance, self.rounding, before);
         for iteration in 1..=settings.max_iterations {
-            self.line.begin(&self.x, &self.linear);
+            self.line.begin(&self.linearisation.x, &self.linear);
             let (_, correction) = self.correct(system, from.h, false, report)?;
-            self.line.direction.copy_from_slice(&self.delta);
+            self.line.direction.copy_from_slice(&self.linearisation.delta);
             convergence.is_noise = convergence.may_be_noise(correction) && self.is_rounding(system, from);
             self.residual(system, from, given, report);
             if scale == 0.0 {
@@ -59,14 +59,14 @@ impl<F: Factorization> Newton<F> {
             let pays = |now: Sizes, part: f64| {
                 now.relative_to(terms) <= STALLED.max((1.0 - ENOUGH * part) * before.relative_to(terms))
             };
-            let mut now = self.weights.of_residual(&self.delta);
+            let mut now = self.linearisation.weights.of_residual(&self.linearisation.delta);
             let shortest = if correction <= NOISE { SHORTEST_OF_NOISE } else { SHORTEST };
             let mut is_reached = convergence.is_reached(correction, now, terms, self.size.sigma);
             while !is_reached && !pays(now, part) && part > shortest {
                 part *= 0.5;
                 self.take(part);
                 self.residual(system, from, given, report);
-                now = self.weights.of_residual(&self.delta);
+                now = self.linearisation.weights.of_residual(&self.linearisation.delta);
             }
             if part <= shortest {
                 if correction > NOISE {
@@ -100,19 +100,19 @@ impl<F: Factorization> Newton<F> {
     #[cold]
     pub(super) fn is_smooth_before(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) -> bool {
         // From the end of the correction, which is restored below.
-        self.line.begin(&self.x, &self.linear);
-        self.line.direction.copy_from_slice(&self.delta);
+        self.line.begin(&self.linearisation.x, &self.linear);
+        self.line.direction.copy_from_slice(&self.linearisation.delta);
         self.take(-1.0);
         self.residual(system, from, given, report);
-        self.line.residual.copy_from_slice(&self.delta);
-        let before = self.weights.of_residual(&self.delta);
+        self.line.residual.copy_from_slice(&self.linearisation.delta);
+        let before = self.linearisation.weights.of_residual(&self.linearisation.delta);
         let mut smooth = 0;
         for k in 1..=PARTS {
             let part = 0.25f64.powi(k);
             self.take(part - 1.0);
             self.residual(system, from, given, report);
-            self.delta.iter_mut().zip(&self.line.residual).for_each(|(r, before)| *r -= (1.0 - part) * before);
-            let (off, most) = (self.weights.of_residual(&self.delta), 0.25 * part);
+            self.linearisation.delta.iter_mut().zip(&self.line.residual).for_each(|(r, before)| *r -= (1.0 - part) * before);
+            let (off, most) = (self.linearisation.weights.of_residual(&self.linearisation.delta), 0.25 * part);
             smooth = if off.v <= most * before.v && off.sigma <= most * before.sigma { smooth + 1 } else { 0 };
             if smooth == 2 {
                 break;
@@ -125,11 +125,11 @@ impl<F: Factorization> Newton<F> {
     /// Moves to x + α δ, always from the stored x: subtracting the rest of a correction that is far too long would leave its rounding error.
     fn take(&mut self, part: f64) {
         let Line { direction, x, linear, .. } = &self.line;
-        self.x.copy_from_slice(x);
+        self.linearisation.x.copy_from_slice(x);
         self.linear.copy_from_slice(linear);
-        self.delta.iter_mut().zip(direction).for_each(|(delta, whole)| *delta = part * whole);
-        let free = self.condensed..;
-        add(&mut self.x[free.clone()], &self.delta[free]);
-        self.matrix.subtract_constant_product(&self.delta, &mut self.linear);
+        self.linearisation.delta.iter_mut().zip(direction).for_each(|(delta, whole)| *delta = part * whole);
+        let free = self.linearisation.condensed..;
+        add(&mut self.linearisation.x[free.clone()], &self.linearisation.delta[free]);
+        self.linearisation.matrix.subtract_constant_product(&self.linearisation.delta, &mut self.linear);
     }
 }

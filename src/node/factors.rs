@@ -1,13 +1,13 @@
-//! Linear equations K x = r and Kᵀ x = r at given points, solved with the factors of Newton's method.
+//! Linear equations K x = r and Kᵀ x = r at given points, solved with the factors of the tangent matrix.
 
-use super::newton::Newton;
+use super::linearisation::Linearisation;
 use crate::System;
 use crate::linear::{Breakdown, Factorization};
 use crate::motion::Report;
 use crate::number::add;
 use crate::system::{Given, KnownPart, Pair};
 
-impl<F: Factorization> Newton<F> {
+impl<F: Factorization> Linearisation<F> {
     /// Assembles K(h) from given derivatives and factors it; returns the smallest pivot ratio.
     pub(crate) fn factor(&mut self, system: &System, h: f64, blocks: &[f64], report: &mut Report) -> Result<f64, Breakdown> {
         self.assemble(system, h, Some(blocks), report)?;
@@ -129,7 +129,7 @@ impl<F: Factorization> Newton<F> {
     }
 }
 
-impl Newton {
+impl Linearisation {
     /// True if the factored K(0) has more negative eigenvalues than constraints: then vᵀM v < 0 for some velocities that the constraints allow.
     pub(crate) fn has_negative_mass(&self, system: &System) -> bool {
         self.matrix.negative_eigenvalues(system.symbolic()) > system.m()

@@ -6,6 +6,7 @@ mod evaluation;
 mod factors;
 mod line;
 mod linear_part;
+mod linearisation;
 mod newton;
 mod predict;
 mod sizes;
@@ -17,6 +18,7 @@ mod tests;
 
 pub(crate) use convergence::NOISE;
 pub(crate) use evaluation::Evaluation;
+pub(crate) use linearisation::Linearisation;
 pub(crate) use newton::{Miss, Newton, SMALL, STILL};
 pub(crate) use predict::Predictor;
 pub(crate) use sizes::UnitWeights;

@@ -26,13 +26,13 @@
 
 use super::convergence::Convergence;
 use super::line::Line;
-use super::sizes::{Sizes, UnitWeights};
-use super::transposed::TransposedProduct;
-use crate::linear::{BlockLu, Factorization, Matrix};
+use super::linearisation::Linearisation;
+use super::sizes::Sizes;
+use crate::linear::{BlockLu, Factorization};
 use crate::motion::Report;
-use crate::node::{Evaluation, StepFailure, Unknowns};
+use crate::node::{StepFailure, Unknowns};
 use crate::number::{add, all_finite, larger};
-use crate::system::{Given, KnownPart, NodeView, Pair};
+use crate::system::{Given, KnownPart, Pair};
 use crate::{Settings, System};
 
 /// A residual below this fraction of its terms, times the square root of the number of unknowns, is rounding: errors add up along a chain.
@@ -59,21 +59,14 @@ pub(crate) struct Miss {
 
 /// Newton's method for the steps of one system; all vectors are in the solver's order, the condensed unknowns first.
 pub(crate) struct Newton<F = BlockLu> {
-    pub(crate) evaluation: Evaluation,
-    pub(super) matrix: Matrix<F>,
-    pub(super) condensed: usize,
+    /// The equations at the iterate (v, σ), whose condensed unknowns are computed at the end, with −r, then a correction, in `delta`.
+    pub(crate) linearisation: Linearisation<F>,
     /// The relative residual below which a residual is rounding.
     pub(super) rounding: f64,
-    /// (v, σ) of the iterate; condensed unknowns are computed at the end.
-    pub(super) x: Vec<f64>,
     /// −k, reduced, for the condensed unknowns, and ℓ for the others.
     pub(super) linear: Vec<f64>,
-    /// −r, then a correction.
-    pub(super) delta: Vec<f64>,
     /// Points along a correction.
     pub(super) line: Line,
-    pub(super) transposed: TransposedProduct,
-    pub(crate) weights: UnitWeights,
     /// |v| and |σ| in the weighted maximum norm, with which corrections are compared.
     pub(super) size: Sizes,
     /// Lower bound of these sizes in comparisons.
@@ -84,57 +77,16 @@ pub(crate) struct Newton<F = BlockLu> {
 
 impl<F: Factorization> Newton<F> {
     pub(crate) fn new(system: &System) -> Self {
-        let zeros = || vec![0.0; system.n() + system.m()];
-        let condensed = system.symbolic().condensed();
+        let size = system.n() + system.m();
         Newton {
-            evaluation: Evaluation::new(system),
-            matrix: Matrix::new(system.symbolic()),
-            condensed,
-            rounding: ROUNDING * ((system.n() + system.m()) as f64).sqrt(),
-            x: zeros(),
-            linear: zeros(),
-            delta: zeros(),
-            line: Line::new(system.n() + system.m()),
-            transposed: TransposedProduct::new(system),
-            weights: UnitWeights::new((system.n(), system.m()), condensed),
+            linearisation: Linearisation::new(system),
+            rounding: ROUNDING * (size as f64).sqrt(),
+            linear: vec![0.0; size],
+            line: Line::new(size),
             size: Sizes::default(),
             floor: 0.0,
             miss: Miss { change: 0.0, guess: 0.0 },
         }
-    }
-
-    /// Writes 𝓛_v at a point, in the scene's order; the evaluation's blocks then belong to this point.
-    pub(crate) fn l_v(&mut self, system: &System, at: &NodeView<f64>, l_v: &mut [f64], report: &mut Report) {
-        self.load(system, at.v, at.sigma);
-        let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: &[] };
-        self.delta.fill(0.0);
-        let given = Given::from(*at);
-        self.evaluation.subtract_nonlinear(system, &from, given, &self.x, &mut self.delta, report);
-        self.evaluation.second(system, report);
-        self.evaluation.constants.l_v(at, l_v);
-        l_v.iter_mut().zip(&system.positions().v).for_each(|(l_v, &position)| *l_v -= self.delta[position]);
-    }
-
-    /// Writes 𝓛_v and dΦ/dt at a point, in the scene's order; the evaluation's blocks then belong to this point.
-    pub(crate) fn l_v_and_phi_dot(&mut self, system: &System, at: &NodeView<f64>, left: &mut Pair, report: &mut Report) {
-        self.l_v(system, at, &mut left.v, report);
-        self.evaluation.constants.phi_dot(at, &mut left.sigma);
-        let positions = &system.positions().sigma;
-        left.sigma.iter_mut().zip(positions).for_each(|(phi_dot, &position)| *phi_dot -= self.delta[position]);
-    }
-
-    pub(super) fn load(&mut self, system: &System, v: &[f64], sigma: &[f64]) {
-        self.evaluation.begin();
-        let positions = system.positions();
-        positions.v.iter().zip(v).for_each(|(&position, &v)| self.x[position] = v);
-        positions.sigma.iter().zip(sigma).for_each(|(&position, &sigma)| self.x[position] = sigma);
-    }
-
-    /// (v, σ) of the last iterate.
-    pub(crate) fn iterate(&self, system: &System) -> Pair {
-        let mut x = Pair::new(system.n(), system.m());
-        x.load(system.positions(), &self.x);
-        x
     }
 
     /// Solves a step; on return `y` is its solution and the evaluation's blocks belong to it.
@@ -148,7 +100,11 @@ impl<F: Factorization> Newton<F> {
         report: &mut Report,
     ) -> Result<(), StepFailure> {
         let mut scale = self.begin(system, from, given, y, report)?;
-        let mut convergence = Convergence::new(settings.tolerance, self.rounding, self.weights.of_residual(&self.delta));
+        let mut convergence = Convergence::new(
+            settings.tolerance,
+            self.rounding,
+            self.linearisation.weights.of_residual(&self.linearisation.delta),
+        );
         let guess = self.size.v;
         for iteration in 1..=settings.max_iterations {
             let (change, correction) = self.correct(system, from.h, convergence.may_reuse, report)?;
@@ -170,7 +126,12 @@ impl<F: Factorization> Newton<F> {
             }
             // Momentum equations are compared with their terms, velocity constraints with the velocities.
             let terms = Sizes { v: scale, sigma: larger(self.size.v, self.floor) };
-            if convergence.is_reached(correction, self.weights.of_residual(&self.delta), terms, self.size.sigma) {
+            if convergence.is_reached(
+                correction,
+                self.linearisation.weights.of_residual(&self.linearisation.delta),
+                terms,
+                self.size.sigma,
+            ) {
                 if iteration > DIRECT {
                     let size = larger(self.size.v, scale);
                     self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
@@ -184,19 +145,21 @@ impl<F: Factorization> Newton<F> {
     /// Size of the terms of momentum equations if the motion begins at rest without forces: then only driven joints cause momentum.
     #[cold]
     pub(super) fn scale_at_rest(&self) -> f64 {
-        let linear = self.matrix.largest_constant_product(&self.x, |k| self.weights.of_equation(self.condensed + k));
-        linear.max(self.weights.of_residual(&self.linear).v)
+        let linear = self.linearisation.matrix.largest_constant_product(&self.linearisation.x, |k| {
+            self.linearisation.weights.of_equation(self.linearisation.condensed + k)
+        });
+        linear.max(self.linearisation.weights.of_residual(&self.linear).v)
     }
 
     /// True if the last correction is within the rounding of velocities or coordinates.
     #[cold]
     pub(super) fn is_rounding(&self, system: &System, from: &KnownPart) -> bool {
         let (mut change, mut v, mut q) = (0.0f64, 0.0f64, 0.0f64);
-        let free = |(position, _): &(&usize, &f64)| **position >= self.condensed;
+        let free = |(position, _): &(&usize, &f64)| **position >= self.linearisation.condensed;
         for (&position, start) in system.positions().v.iter().zip(from.q).filter(free) {
-            change = change.max(self.delta[position].abs());
-            v = v.max(self.x[position].abs());
-            q = q.max((start + from.h * self.x[position]).abs());
+            change = change.max(self.linearisation.delta[position].abs());
+            v = v.max(self.linearisation.x[position].abs());
+            q = q.max((start + from.h * self.linearisation.x[position]).abs());
         }
         change <= ULPS * v || from.h.abs() * change <= ULPS * q
     }
@@ -231,21 +194,31 @@ impl<F: Factorization> Newton<F> {
         y: &Unknowns,
         report: &mut Report,
     ) -> Result<f64, StepFailure> {
-        self.load(system, y.v, y.sigma);
-        self.size = self.weights.of_all(&self.x);
-        self.evaluation.set_step(system, from.h, &mut self.matrix).map_err(StepFailure::Singular)?;
-        self.evaluation.step_constants(system, from, given, &mut self.linear);
-        self.delta.fill(0.0);
-        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
-        if self.evaluation.has_elements() {
+        self.linearisation.load(system, y.v, y.sigma);
+        self.size = self.linearisation.weights.of_all(&self.linearisation.x);
+        self.linearisation
+            .evaluation
+            .set_step(system, from.h, &mut self.linearisation.matrix)
+            .map_err(StepFailure::Singular)?;
+        self.linearisation.evaluation.step_constants(system, from, given, &mut self.linear);
+        self.linearisation.delta.fill(0.0);
+        self.linearisation.evaluation.subtract_nonlinear(
+            system,
+            from,
+            given,
+            &self.linearisation.x,
+            &mut self.linearisation.delta,
+            report,
+        );
+        if self.linearisation.evaluation.has_elements() {
             // N depends at most on time in the rows of condensed unknowns, so it is known there.
-            add(&mut self.linear[..self.condensed], &self.delta);
+            add(&mut self.linear[..self.linearisation.condensed], &self.linearisation.delta);
         }
-        self.matrix.reduce(&mut self.linear);
-        self.matrix.subtract_constant_product(&self.x, &mut self.linear);
-        let free = self.condensed..;
-        add(&mut self.delta[free.clone()], &self.linear[free]);
-        let scale = self.weights.of_momenta(from.p_star);
+        self.linearisation.matrix.reduce(&mut self.linear);
+        self.linearisation.matrix.subtract_constant_product(&self.linearisation.x, &mut self.linear);
+        let free = self.linearisation.condensed..;
+        add(&mut self.linearisation.delta[free.clone()], &self.linear[free]);
+        let scale = self.linearisation.weights.of_momenta(from.p_star);
         self.floor = SMALL * scale;
         Ok(scale)
     }
@@ -263,31 +236,44 @@ impl<F: Factorization> Newton<F> {
     ) -> Result<(f64, f64), StepFailure> {
         if old_factors {
             report.reused_factors += 1;
-            self.matrix.solve_reduced(system.symbolic(), &mut self.delta);
+            self.linearisation.matrix.solve_reduced(system.symbolic(), &mut self.linearisation.delta);
         } else {
-            self.evaluation.second(system, report);
-            self.evaluation.assemble(system, h, &self.evaluation.blocks, &mut self.matrix);
+            self.linearisation.evaluation.second(system, report);
+            self.linearisation.evaluation.assemble(
+                system,
+                h,
+                &self.linearisation.evaluation.blocks,
+                &mut self.linearisation.matrix,
+            );
             report.factorisations += 1;
-            let solved = self.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.delta);
+            let solved =
+                self.linearisation.matrix.factor_and_solve_reduced(system.symbolic(), &mut self.linearisation.delta);
             solved.map_err(StepFailure::Singular)?;
-            self.watch_pivots(report);
+            self.linearisation.watch_pivots(report);
         }
-        let free = self.condensed..;
-        add(&mut self.x[free.clone()], &self.delta[free]);
+        let free = self.linearisation.condensed..;
+        add(&mut self.linearisation.x[free.clone()], &self.linearisation.delta[free]);
         if self.size.v == 0.0 || self.size.sigma == 0.0 {
-            self.size = self.weights.of(&self.x);
+            self.size = self.linearisation.weights.of(&self.linearisation.x);
         }
-        self.matrix.subtract_constant_product(&self.delta, &mut self.linear);
-        let change = self.weights.of(&self.delta);
+        self.linearisation.matrix.subtract_constant_product(&self.linearisation.delta, &mut self.linear);
+        let change = self.linearisation.weights.of(&self.linearisation.delta);
         Ok((change.v, change.relative_to(self.size.at_least(self.floor))))
     }
 
     /// −r = ℓ − N(x).
     #[inline(always)]
     pub(super) fn residual(&mut self, system: &System, from: &KnownPart, given: Given, report: &mut Report) {
-        let free = self.condensed..;
-        self.delta[free.clone()].copy_from_slice(&self.linear[free]);
-        self.evaluation.subtract_nonlinear(system, from, given, &self.x, &mut self.delta, report);
+        let free = self.linearisation.condensed..;
+        self.linearisation.delta[free.clone()].copy_from_slice(&self.linear[free]);
+        self.linearisation.evaluation.subtract_nonlinear(
+            system,
+            from,
+            given,
+            &self.linearisation.x,
+            &mut self.linearisation.delta,
+            report,
+        );
     }
 
     /// Computes the second derivatives, the condensed unknowns, q and 𝓛_q + Q at the solution.
@@ -300,16 +286,16 @@ impl<F: Factorization> Newton<F> {
         y: &mut Unknowns,
         report: &mut Report,
     ) -> Result<(), StepFailure> {
-        self.evaluation.second(system, report);
-        self.x[..self.condensed].copy_from_slice(&self.linear[..self.condensed]);
-        self.matrix.expand(&mut self.x);
+        self.linearisation.evaluation.second(system, report);
+        self.linearisation.x[..self.linearisation.condensed].copy_from_slice(&self.linear[..self.linearisation.condensed]);
+        self.linearisation.matrix.expand(&mut self.linearisation.x);
         let positions = system.positions();
         for ((v, q), (&position, start)) in y.v.iter_mut().zip(y.q.iter_mut()).zip(positions.v.iter().zip(from.q)) {
-            *v = self.x[position];
+            *v = self.linearisation.x[position];
             *q = start + from.h * *v;
         }
-        y.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &position)| *sigma = self.x[position]);
-        self.evaluation.force(y.q, y.v, given.u, y.p_star_dot);
+        y.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &position)| *sigma = self.linearisation.x[position]);
+        self.linearisation.evaluation.force(y.q, y.v, given.u, y.p_star_dot);
         let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
     }
@@ -317,14 +303,17 @@ impl<F: Factorization> Newton<F> {
     /// The largest weighted difference between the computed velocities and the first guess, without condensed ones.
     fn distance(&self, system: &System, guess: &[f64]) -> f64 {
         let positions = system.positions().v.iter().zip(guess);
-        let differences =
-            positions.map(|(&position, guess)| if position < self.condensed { 0.0 } else { self.x[position] - guess });
-        self.weights.of_velocities(differences)
+        let differences = positions.map(|(&position, guess)| {
+            if position < self.linearisation.condensed { 0.0 } else { self.linearisation.x[position] - guess }
+        });
+        self.linearisation.weights.of_velocities(differences)
     }
 
     pub(super) fn diverged(&self, system: &System, iterations: usize, residual: f64, jump: Option<f64>) -> StepFailure {
-        let size = |position: &usize| self.delta[*position].abs() * self.weights.of_any_equation(*position);
-        let free = self.condensed..self.delta.len();
+        let size = |position: &usize| {
+            self.linearisation.delta[*position].abs() * self.linearisation.weights.of_any_equation(*position)
+        };
+        let free = self.linearisation.condensed..self.linearisation.delta.len();
         let worst = free.max_by(|a, b| size(a).total_cmp(&size(b))).unwrap_or(0);
         let positions = system.positions();
         let all = positions.v.iter().chain(&positions.sigma);

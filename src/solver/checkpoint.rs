@@ -54,7 +54,7 @@ impl ForwardSweep {
         columns.enumerate().for_each(|(k, column)| self.motion.trajectory.set_column(k, column));
         self.stepper.set_clock(checkpoint.node, checkpoint.clock);
         (self.stepper.smooth_from, self.restarting.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
-        self.stepper.newton.evaluation.set_compliance(self.motion.trajectory.compliance_from(checkpoint.node));
+        self.stepper.newton.linearisation.evaluation.set_compliance(self.motion.trajectory.compliance_from(checkpoint.node));
         self.motion.restarts.clear();
         self.motion.ahead.again();
         self.motion.trajectory.restarted.truncate(1);

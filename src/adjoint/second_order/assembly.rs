@@ -13,7 +13,7 @@ use super::{First, SecondOrderSweep};
 use crate::adjoint::assembly::Side;
 use crate::forward::assembly::Which;
 use crate::forward::{Assembly, Motion};
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::{Real, add};
 use crate::system::{Covector, NodeView, Pair, StateRows};
 use crate::{Error, Inputs, Start, System};
@@ -25,40 +25,46 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         direction: &Inputs,
     ) -> Result<(), Error> {
         let Some(assembly) = &motion.assembly else { return Ok(()) };
         let zeros = Pair::new(system.n(), system.m());
         let (mut q, mut v) = (direction.start.q().clone(), direction.start.rate().clone());
-        let side = self.sweep.side(system, newton, Which::Coordinates, (motion, assembly, &zeros))?;
-        let mut right = self.change_of_residual(system, newton, &side, [q.as_slice(), &zeros.v]);
+        let side = self.sweep.side(system, linearisation, Which::Coordinates, (motion, assembly, &zeros))?;
+        let mut right = self.change_of_residual(system, linearisation, &side, [q.as_slice(), &zeros.v]);
         let (no_v, no_sigma, design) = (&zeros.v, &zeros.sigma, &self.change.design);
         let along =
             NodeView::of_equations([q.as_slice(), no_v, no_sigma], (&self.no_controls, direction.grid.start, design));
         self.phi.set(&NodeView { q: motion.inputs.start.q().as_slice(), ..motion.at(0) }, &along);
         right.sigma.iter_mut().zip(self.phi.evaluate(system)).for_each(|(right, phi)| *right = -phi.part(ALONG));
-        let moved = side.tangent.solve(system, newton, &right)?;
+        let moved = side.tangent.solve(system, linearisation, &right)?;
         q += DVector::from_column_slice(&moved.v);
-        let side = self.sweep.side(system, newton, Which::Velocities, (motion, assembly, &zeros))?;
-        let right = self.change_of_residual(system, newton, &side, [q.as_slice(), v.as_slice()]);
-        let mut velocity = side.tangent.solve(system, newton, &right)?;
+        let side = self.sweep.side(system, linearisation, Which::Velocities, (motion, assembly, &zeros))?;
+        let right = self.change_of_residual(system, linearisation, &side, [q.as_slice(), v.as_slice()]);
+        let mut velocity = side.tangent.solve(system, linearisation, &right)?;
         v += DVector::from_column_slice(&velocity.v);
         velocity.v.copy_from_slice(v.as_slice());
-        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         self.change.inputs.start = Start::Velocity { q, v };
         self.of_assembly = Some(AssemblyChange { moved, velocity });
         Ok(())
     }
 
     /// −D of the equations along q, v, the time of the start and the design variables; the rows of Φ contain −D of dΦ/dt.
-    fn change_of_residual(&mut self, system: &System, newton: &Newton, side: &Side, [q, v]: [&[f64]; 2]) -> Pair {
+    fn change_of_residual(
+        &mut self,
+        system: &System,
+        linearisation: &Linearisation,
+        side: &Side,
+        [q, v]: [&[f64]; 2],
+    ) -> Pair {
         let SecondOrderSweep { change, programs, zeros, no_controls, sums, .. } = self;
         let t = change.inputs.grid.start;
         let along = NodeView::of_equations([q, v, &zeros.sigma], (no_controls, t, &change.design));
         let mut right = Pair::new(q.len(), zeros.sigma.len());
         for (blocks, at, sign) in [(&side.tangent.moved, &side.moved, -1.0), (&side.tangent.unmoved, &side.unmoved, 1.0)] {
-            programs.changes((system, &newton.evaluation), (at, blocks), &along, sums);
+            programs.changes((system, &linearisation.evaluation), (at, blocks), &along, sums);
             right.v.iter_mut().zip(sums.l_v()).for_each(|(right, l_v)| *right += sign * l_v);
             if sign < 0.0 {
                 right.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot);
@@ -72,26 +78,26 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &First),
+        (linearisation, first): (&mut Linearisation, &First),
         direction: &Inputs,
     ) -> Result<(), Error> {
         let (Some(assembly), Some(along)) = (&motion.assembly, self.of_assembly.take()) else { return Ok(()) };
         let zeros = Pair::new(system.n(), system.m());
         let of = (motion, assembly, &zeros);
-        let [q_bar, v_bar] = of_start(system, motion, (newton, first));
+        let [q_bar, v_bar] = of_start(system, motion, (linearisation, first));
         let (q, v) = (self.sweep.gradient.start.q().clone(), self.sweep.gradient.start.rate().clone());
         let q_dot = self.change.inputs.start.q().clone();
         let guess = Pair { v: direction.start.rate().as_slice().to_vec(), ..zeros.clone() };
         let directions = (q_dot.as_slice(), [&along.velocity, &guess]);
-        let of_velocities = self.through(system, newton, (Which::Velocities, of), directions, [&v_bar, &v])?;
+        let of_velocities = self.through(system, linearisation, (Which::Velocities, of), directions, [&v_bar, &v])?;
         let [q_bar, q] = [q_bar + of_velocities.to_q[0].clone(), q + of_velocities.to_q[1].clone()];
         let directions = (q_dot.as_slice(), [&along.moved, &zeros]);
-        let of_coordinates = self.through(system, newton, (Which::Coordinates, of), directions, [&q_bar, &q])?;
+        let of_coordinates = self.through(system, linearisation, (Which::Coordinates, of), directions, [&q_bar, &q])?;
         let time = self.sweep.time;
         self.add_change_of_phi(system, (&motion.at(0), 0), (&of_coordinates.x.sigma, -1.0), q_dot.as_slice());
         // The time of a start does not depend on the guess.
         self.sweep.time = time;
-        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         let held = assembly.held.clone();
         self.sweep.gradient.start = Start::Assembled { q: of_coordinates.guess, v: of_velocities.guess, held };
         Ok(())
@@ -101,23 +107,23 @@ impl SecondOrderSweep {
     fn through(
         &mut self,
         system: &System,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (which, of): (Which, (&Motion, &Assembly, &Pair)),
         directions: (&[f64], [&Pair; 2]),
         [bar, dot]: [&DVector<f64>; 2],
     ) -> Result<Through, Error> {
-        let side = self.sweep.side(system, newton, which, of)?;
+        let side = self.sweep.side(system, linearisation, which, of)?;
         let right = |v: &DVector<f64>| Pair { v: v.as_slice().to_vec(), sigma: vec![0.0; system.m()] };
-        let (x, _) = side.tangent.solve_transposed(system, newton, &right(bar))?;
-        let change = self.change_of_rows(system, newton, (&side, &x), directions);
+        let (x, _) = side.tangent.solve_transposed(system, linearisation, &right(bar))?;
+        let change = self.change_of_rows(system, linearisation, (&side, &x), directions);
         let mut right = right(dot);
         subtract(&mut right.v, &change.of_matrix.v);
         subtract(&mut right.sigma, &change.of_matrix.sigma);
-        let (x_dot, of_held) = side.tangent.solve_transposed(system, newton, &right)?;
-        self.sweep.add_parameters_of(system, newton, &side, &x_dot);
+        let (x_dot, of_held) = side.tangent.solve_transposed(system, linearisation, &right)?;
+        self.sweep.add_parameters_of(system, linearisation, &side, &x_dot);
         add(&mut self.sweep.design, &change.design);
-        let back = side.back(system, newton, &x_dot);
-        let to_q = [side.back(system, newton, &x).q, back.q + change.q];
+        let back = side.back(system, linearisation, &x_dot);
+        let to_q = [side.back(system, linearisation, &x).q, back.q + change.q];
         Ok(Through { guess: back.guess + of_held + change.guess, to_q, x })
     }
 
@@ -125,7 +131,7 @@ impl SecondOrderSweep {
     fn change_of_rows(
         &mut self,
         system: &System,
-        newton: &Newton,
+        linearisation: &Linearisation,
         (side, x): (&Side, &Pair),
         (q, [moved, unmoved]): (&[f64], [&Pair; 2]),
     ) -> Change {
@@ -133,7 +139,7 @@ impl SecondOrderSweep {
         let mut rows = |(at, blocks): (&NodeView<f64>, &[f64]), of: &Pair, with: &Covector| {
             let along = direction(&self.change, 0, [q, &of.v, &of.sigma]);
             let mut rows = self.first_rows.clone();
-            self.programs.rows_along((system, &newton.evaluation), (at, blocks), &along, with, &mut rows);
+            self.programs.rows_along((system, &linearisation.evaluation), (at, blocks), &along, with, &mut rows);
             rows
         };
         let m = rows((&side.moved, &side.tangent.moved), moved, &of_moved);
@@ -169,12 +175,12 @@ struct Change {
 }
 
 /// dJ/dq₀ and dJ/dv₀ of the gradient.
-fn of_start(system: &System, motion: &Motion, (newton, first): (&Newton, &First)) -> [DVector<f64>; 2] {
+fn of_start(system: &System, motion: &Motion, (linearisation, first): (&Linearisation, &First)) -> [DVector<f64>; 2] {
     let (mut rows, zeros) = (StateRows::new(system.n(), system.m()), Pair::new(system.n(), system.m()));
     let [a, b] = first.record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
     let of_p: Vec<f64> = b.iter().map(|b| -b).collect();
     let with = Covector { c: &of_p, d: &zeros.v, e: &zeros.sigma };
-    newton.evaluation.pull_back(system, motion.given_start().1, &with, &mut rows);
+    linearisation.evaluation.pull_back(system, motion.given_start().1, &with, &mut rows);
     subtract(&mut rows.q, a);
     [rows.q.into(), rows.v.into()]
 }

@@ -6,7 +6,7 @@ use super::{First, SecondOrderSweep};
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::{Examiner, Motion};
 use crate::motion::Report;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::{add, dot};
 use crate::scheme::carried_part;
 use crate::system::{Covector, NodeView, Order};
@@ -17,18 +17,18 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &First),
+        (linearisation, first): (&mut Linearisation, &First),
         direction: &Inputs,
     ) -> Result<&Gradient, Error> {
         self.sweep.begin(system, motion, &Settings { keep_adjoint: false, ..Settings::default() })?;
         self.sweep.cost.factors.copy_from(first.factors);
         self.suspect = None;
-        newton.evaluation.set_compliance(motion.trajectory.compliance_from(motion.nodes() - 1));
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(motion.nodes() - 1));
         for node in (0..motion.nodes()).rev() {
-            self.visit(system, motion, (newton, first), node)?;
+            self.visit(system, motion, (linearisation, first), node)?;
         }
-        self.begin_rows(system, motion, (newton, first));
-        self.back_through_assembly(system, motion, (newton, first), direction)?;
+        self.begin_rows(system, motion, (linearisation, first));
+        self.back_through_assembly(system, motion, (linearisation, first), direction)?;
         self.parameter_rows(system, motion, first);
         let (mut report, mut examiner) = (Report::default(), Examiner::new(Order::Second));
         (0..motion.nodes()).for_each(|node| examiner.visit(system, motion, node, &mut report));
@@ -45,23 +45,23 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &First),
+        (linearisation, first): (&mut Linearisation, &First),
         node: usize,
     ) -> Result<(), Error> {
         let (scheme, last, dt) = (motion.trajectory.scheme, motion.trajectory.last_stage(), motion.length(node));
         let (restart, h) = (motion.restarts.at(node), dt * scheme.a(last, last));
         self.unused_restarts.extend(self.ended.take());
-        self.sources_of_node(system, motion, (newton, first), node)?;
+        self.sources_of_node(system, motion, (linearisation, first), node)?;
         let sweep = &mut self.sweep;
         sweep.take_sigma_before(node);
         let begins = restart.is_some() || node == 0;
         let h_here = if begins { 0.0 } else { h };
-        self.solve_stage(system, motion, (newton, first), (node, last), (h_here, None), || motion.at(node))?;
+        self.solve_stage(system, motion, (linearisation, first), (node, last), (h_here, None), || motion.at(node))?;
         if let Some(restart) = restart {
-            self.cross_back(system, motion, (newton, first), (node, &restart))?;
-            newton.evaluation.set_compliance(motion.trajectory.compliance_into(node));
+            self.cross_back(system, motion, (linearisation, first), (node, &restart))?;
+            linearisation.evaluation.set_compliance(motion.trajectory.compliance_into(node));
             let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
-            self.solve_stage(system, motion, (newton, first), (node, last), (h, Some(restart.step_blocks)), end)?;
+            self.solve_stage(system, motion, (linearisation, first), (node, last), (h, Some(restart.step_blocks)), end)?;
         }
         let sweep = &mut self.sweep;
         sweep.refinement.add_controls(node, 1.0, &sweep.u, &mut sweep.gradient.controls);
@@ -69,7 +69,7 @@ impl SecondOrderSweep {
             return Ok(());
         }
         for s in (1..last).rev() {
-            self.inner_stage(system, motion, (newton, first), (node, s))?;
+            self.inner_stage(system, motion, (linearisation, first), (node, s))?;
         }
         self.sweep.step_row(motion, restart.as_ref(), node);
         self.step_row(motion, first, node);
@@ -83,7 +83,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &First),
+        (linearisation, first): (&mut Linearisation, &First),
         (node, s): (usize, usize),
         (h, blocks): (f64, Option<&[f64]>),
         at: impl Fn() -> NodeView<'a, f64>,
@@ -94,10 +94,10 @@ impl SecondOrderSweep {
         }
         let place = Place { column: motion.block_column(node, s), is_end: blocks.is_some() };
         let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), motion.at(node).t);
-        let mut is_factored = self.kept.lend(system, newton, (place, h)).map_err(singular)?;
-        self.sweep.solve_stage(system, motion, newton, (node, s), (h, blocks, &mut is_factored))?;
-        self.kept.take_back(newton, place);
-        self.sweep.input_rows(system, newton, at, node)
+        let mut is_factored = self.kept.lend(system, linearisation, (place, h)).map_err(singular)?;
+        self.sweep.solve_stage(system, motion, linearisation, (node, s), (h, blocks, &mut is_factored))?;
+        self.kept.take_back(linearisation, place);
+        self.sweep.input_rows(system, linearisation, at, node)
     }
 
     /// Sweeps backward through a stage between a node and the previous one.
@@ -105,16 +105,16 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &First),
+        (linearisation, first): (&mut Linearisation, &First),
         (node, s): (usize, usize),
     ) -> Result<(), Error> {
         let (scheme, dt) = (motion.trajectory.scheme, motion.length(node));
         let before = std::mem::take(&mut self.sweep.time);
         carried_part((&scheme, s), dt, &mut self.sweep.step, &mut self.sweep.carried);
         self.carry(motion, first, (node, s));
-        self.sources_of_stage(system, motion, (newton, first), (node, s))?;
+        self.sources_of_stage(system, motion, (linearisation, first), (node, s))?;
         let at = || motion.at_stage(node, s);
-        self.solve_stage(system, motion, (newton, first), (node, s), (dt * scheme.a(s, s), None), at)?;
+        self.solve_stage(system, motion, (linearisation, first), (node, s), (dt * scheme.a(s, s), None), at)?;
         self.sweep.add_inner_inputs(node, scheme.c(s));
         self.sweep.time += before;
         Ok(())
@@ -158,15 +158,15 @@ impl SecondOrderSweep {
     }
 
     /// Computes the rows of q₀ and v₀ or p*₀, including the change of p*₀ = T_v(q₀, v₀; b) itself.
-    fn begin_rows(&mut self, system: &System, motion: &Motion, (newton, first): (&mut Newton, &First)) {
+    fn begin_rows(&mut self, system: &System, motion: &Motion, (linearisation, first): (&mut Linearisation, &First)) {
         let SecondOrderSweep { sweep, change, programs, zeros, no_controls, right, .. } = self;
-        sweep.start_rows(system, motion, newton);
+        sweep.start_rows(system, motion, linearisation);
         let [_, b] = first.record.of_step(motion.block_column(0, motion.trajectory.last_stage()));
         let Start::Velocity { q, v } = &mut sweep.gradient.start else { return };
         right.v.iter_mut().zip(b).for_each(|(c, b)| *c = -b);
         let (with, rows) = (Covector { c: &right.v, d: &zeros.v, e: &zeros.sigma }, &mut sweep.cost);
         let ((at, blocks), along) = (motion.given_start(), along_start(change, (&zeros.sigma, no_controls)));
-        programs.rows_along((system, &newton.evaluation), (&at, blocks), &along, &with, rows);
+        programs.rows_along((system, &linearisation.evaluation), (&at, blocks), &along, &with, rows);
         add(q.as_mut_slice(), &rows.q);
         add(v.as_mut_slice(), &rows.v);
         add(&mut sweep.design, &rows.design);

@@ -5,39 +5,50 @@ use super::kept::Place;
 use crate::forward::Motion;
 use crate::forward::restarts::Restart;
 use crate::motion::column;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::largest;
 use crate::scheme::known_part;
 use crate::system::{NodeView, Pair};
 use crate::{Error, Start, System};
 
 impl SecondOrderSweep {
-    pub(super) fn forward(&mut self, system: &System, motion: &Motion, newton: &mut Newton) -> Result<(), Error> {
+    pub(super) fn forward(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        linearisation: &mut Linearisation,
+    ) -> Result<(), Error> {
         let (scheme, last) = (motion.trajectory.scheme, motion.trajectory.last_stage());
         self.unused_restarts.append(&mut self.restarts);
         self.unused_restarts.extend(self.ended.take());
-        self.begin_motion(system, motion, newton);
+        self.begin_motion(system, motion, linearisation);
         self.sigma_before.fill(0.0);
-        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
-        self.solve(system, motion, newton, ((0, last), motion.at(0), motion.node_blocks(0)), (0.0, false))?;
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));
+        self.solve(system, motion, linearisation, ((0, last), motion.at(0), motion.node_blocks(0)), (0.0, false))?;
         for node in 1..motion.nodes() {
             let restart = motion.restarts.at(node);
             for s in 1..=last {
                 self.known_part(motion, (node, s), restart);
                 let end = stage_end(motion, (node, s), restart);
                 let is_end = s == last && restart.is_some();
-                self.solve(system, motion, newton, end, (motion.length(node) * scheme.a(s, s), is_end))?;
+                self.solve(system, motion, linearisation, end, (motion.length(node) * scheme.a(s, s), is_end))?;
             }
             if let Some(restart) = restart {
-                self.cross(system, motion, newton, (node, &restart))?;
-                self.solve(system, motion, newton, ((node, last), motion.at(node), motion.node_blocks(node)), (0.0, false))?;
+                self.cross(system, motion, linearisation, (node, &restart))?;
+                self.solve(
+                    system,
+                    motion,
+                    linearisation,
+                    ((node, last), motion.at(node), motion.node_blocks(node)),
+                    (0.0, false),
+                )?;
             }
         }
         Ok(())
     }
 
     /// Computes q̇₀ and ṗ*₀, which may follow from v̇₀: p*₀ = T_v(q₀, v₀; b).
-    fn begin_motion(&mut self, system: &System, motion: &Motion, newton: &Newton) {
+    fn begin_motion(&mut self, system: &System, motion: &Motion, linearisation: &Linearisation) {
         self.change.inputs.grid.write_times(&mut self.change.trajectory.times);
         self.known_q.copy_from_slice(self.change.inputs.start.q().as_slice());
         if let Start::Momentum { p_star, .. } = &self.change.inputs.start {
@@ -46,7 +57,7 @@ impl SecondOrderSweep {
         }
         let ((at, blocks), along) =
             (motion.given_start(), along_start(&self.change, (&self.zeros.sigma, &self.no_controls)));
-        self.programs.changes((system, &newton.evaluation), (&at, blocks), &along, &mut self.sums);
+        self.programs.changes((system, &linearisation.evaluation), (&at, blocks), &along, &mut self.sums);
         self.known_p.copy_from_slice(self.sums.l_v());
     }
 
@@ -78,53 +89,53 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         ((node, s), at, blocks): ((usize, usize), NodeView<f64>, &[f64]),
         (h, is_end): (f64, bool),
     ) -> Result<(), Error> {
         let NodeView { u, t, design, .. } = self.change.at_stage(node, s);
         let along = NodeView::of_equations([&self.known_q, &self.zeros.v, &self.zeros.sigma], (u, t, design));
-        self.programs.changes((system, &newton.evaluation), (&at, blocks), &along, &mut self.sums);
+        self.programs.changes((system, &linearisation.evaluation), (&at, blocks), &along, &mut self.sums);
         let (l_v, force) = (self.sums.l_v(), self.sums.force());
         for (i, right) in self.right.v.iter_mut().enumerate() {
             *right = self.known_p[i] - l_v[i] + h * force[i];
         }
         self.right.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot);
-        let compliance = newton.evaluation.compliance().iter();
+        let compliance = linearisation.evaluation.compliance().iter();
         compliance.for_each(|&(j, mu)| self.right.sigma[j] -= mu * self.sigma_before[j]);
         let place = Place { column: motion.block_column(node, s), is_end };
-        let factored = match self.kept.lend(system, newton, (place, h)) {
-            Ok(false) => newton.factor(system, h, blocks, &mut self.report),
-            known => known.map(|_| newton.worst_pivot()),
+        let factored = match self.kept.lend(system, linearisation, (place, h)) {
+            Ok(false) => linearisation.factor(system, h, blocks, &mut self.report),
+            known => known.map(|_| linearisation.worst_pivot()),
         };
         let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), at.t);
         let pivot = factored.map_err(singular)?;
         self.x.v.copy_from_slice(&self.right.v);
         self.x.sigma.copy_from_slice(&self.right.sigma);
-        newton.solve(system, &mut self.x);
+        linearisation.solve(system, &mut self.x);
         if self.accuracy.is_in_doubt(pivot) {
-            self.refine(system, newton, (h, blocks), pivot);
+            self.refine(system, linearisation, (h, blocks), pivot);
         }
-        self.kept.take_back(newton, place);
+        self.kept.take_back(linearisation, place);
         let SecondOrderSweep { x, x_q, no_controls, of_state, .. } = self;
         let along = along_solution((x, h), x_q, no_controls);
-        newton.evaluation.push_forward_to_force(system, blocks, &along, of_state);
+        linearisation.evaluation.push_forward_to_force(system, blocks, &along, of_state);
         self.store((node, s), h);
         Ok(())
     }
 
     /// One step of iterative refinement.
     #[cold]
-    fn refine(&mut self, system: &System, newton: &mut Newton, (h, blocks): (f64, &[f64]), pivot: f64) {
+    fn refine(&mut self, system: &System, linearisation: &mut Linearisation, (h, blocks): (f64, &[f64]), pivot: f64) {
         let SecondOrderSweep { x, x_q, no_controls, of_state, .. } = self;
-        newton.evaluation.push_forward(system, blocks, &along_solution((x, h), x_q, no_controls), of_state);
+        linearisation.evaluation.push_forward(system, blocks, &along_solution((x, h), x_q, no_controls), of_state);
         let (l_v, force) = (of_state.l_v(), of_state.force());
         self.left.v.iter_mut().enumerate().for_each(|(i, left)| *left = l_v[i] - h * force[i]);
         self.left.sigma.copy_from_slice(self.of_state.phi_dot());
-        let compliance = newton.evaluation.compliance().iter();
+        let compliance = linearisation.evaluation.compliance().iter();
         compliance.for_each(|&(j, mu)| self.left.sigma[j] -= mu * self.x.sigma[j]);
         self.left.subtract_from(&self.right);
-        newton.solve(system, &mut self.left);
+        linearisation.solve(system, &mut self.left);
         self.x.add(&self.left);
         self.accuracy.note(largest(&self.left.v) / largest(&self.x.v), pivot);
     }

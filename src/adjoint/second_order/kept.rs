@@ -3,7 +3,7 @@
 use crate::System;
 use crate::forward::Motion;
 use crate::linear::{BlockLu, Breakdown, Factorization};
-use crate::node::Newton;
+use crate::node::Linearisation;
 
 /// If a motion would need more bytes than this, no factors are stored.
 const MOST_BYTES: usize = 1 << 26;
@@ -33,17 +33,22 @@ impl KeptFactors {
     }
 
     /// Exchanges the current factors for those of a stage; false if these are unknown.
-    pub(super) fn lend(&mut self, system: &System, newton: &mut Newton, (at, h): (Place, f64)) -> Result<bool, Breakdown> {
+    pub(super) fn lend(
+        &mut self,
+        system: &System,
+        linearisation: &mut Linearisation,
+        (at, h): (Place, f64),
+    ) -> Result<bool, Breakdown> {
         let Some(kept) = self.0.get_mut(at.index()).filter(|kept| kept.is_known) else { return Ok(false) };
-        newton.select_step(system, h)?;
-        newton.exchange_factors(&mut kept.factors);
+        linearisation.select_step(system, h)?;
+        linearisation.exchange_factors(&mut kept.factors);
         Ok(true)
     }
 
     /// Stores the current factors for the stage to which they belong.
-    pub(super) fn take_back(&mut self, newton: &mut Newton, at: Place) {
+    pub(super) fn take_back(&mut self, linearisation: &mut Linearisation, at: Place) {
         if let Some(kept) = self.0.get_mut(at.index()) {
-            newton.exchange_factors(&mut kept.factors);
+            linearisation.exchange_factors(&mut kept.factors);
             kept.is_known = true;
         }
     }

@@ -30,7 +30,7 @@ use crate::adjoint::record::Record;
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::{AccelerationsOfCosts, ForwardSweep, Motion};
 use crate::motion::Report;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::system::{CostFactors, CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
 use changes::{AssemblyChange, RestartChange};
@@ -149,13 +149,13 @@ impl SecondOrderSweep {
         }
         let AdjointSweep { record, cost, design, .. } = first;
         let first = First { record: record.get_or_insert_default(), factors: &cost.factors, design };
-        let (motion, newton) = (&forward.motion, &mut forward.stepper.newton);
+        let (motion, linearisation) = (&forward.motion, &mut forward.stepper.newton.linearisation);
         let unit = unit_of(direction);
         let scaled = (unit != 1.0).then(|| direction.along(direction, |d, _| d / unit));
         let direction = scaled.as_ref().unwrap_or(direction);
-        self.begin(system, motion, newton, direction)?;
-        self.forward(system, motion, newton)?;
-        self.backward(system, motion, (newton, &first), direction)?;
+        self.begin(system, motion, linearisation, direction)?;
+        self.forward(system, motion, linearisation)?;
+        self.backward(system, motion, (linearisation, &first), direction)?;
         if unit != 1.0 {
             self.sweep.gradient.multiply(unit);
         }
@@ -169,10 +169,10 @@ impl SecondOrderSweep {
         forward: &mut ForwardSweep,
         direction: &Inputs,
     ) -> Result<DVector<f64>, Error> {
-        let (motion, newton) = (&forward.motion, &mut forward.stepper.newton);
+        let (motion, linearisation) = (&forward.motion, &mut forward.stepper.newton.linearisation);
         check(motion, direction)?;
-        self.begin(system, motion, newton, direction)?;
-        self.forward(system, motion, newton)?;
+        self.begin(system, motion, linearisation, direction)?;
+        self.forward(system, motion, linearisation)?;
         let inputs = motion.inputs.along(&self.change.inputs, Dual64::new);
         let trajectory = motion.trajectory.zip_map(&self.change.trajectory, Dual64::new);
         self.accelerations.by_programs = true;
@@ -182,7 +182,13 @@ impl SecondOrderSweep {
     }
 
     /// Sets the direction on the computed grid, and makes room.
-    fn begin(&mut self, system: &System, motion: &Motion, newton: &mut Newton, direction: &Inputs) -> Result<(), Error> {
+    fn begin(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        linearisation: &mut Linearisation,
+        direction: &Inputs,
+    ) -> Result<(), Error> {
         let change = &mut self.change;
         change.inputs = motion.refinement().refine(direction);
         change.design = system.parameters().along(motion.inputs.design.as_slice(), direction.design.as_slice());
@@ -196,8 +202,8 @@ impl SecondOrderSweep {
         if let Some(accelerations) = &mut self.accelerations.own {
             accelerations.begin();
         }
-        self.programs.prepare(system, &newton.evaluation, &motion.at(0))?;
-        self.along_assembly(system, motion, newton, direction)
+        self.programs.prepare(system, &linearisation.evaluation, &motion.at(0))?;
+        self.along_assembly(system, motion, linearisation, direction)
     }
 }
 

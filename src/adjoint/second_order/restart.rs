@@ -16,7 +16,7 @@ use crate::forward::Motion;
 use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
 use crate::forward::restarts::Restart;
 use crate::motion::column;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::{Real, add};
 use crate::system::{CostRows, Covector, NodeView, Pair};
 use crate::{Error, System};
@@ -35,13 +35,13 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (node, restart): (usize, &Restart),
     ) -> Result<(), Error> {
         let unused = self.unused_restarts.pop();
         let mut of = unused.unwrap_or_else(|| RestartChange::new(system.n(), system.m())).at_end(&self.change.at(node));
         if let Some(of_projection) = restart.projection {
-            self.project(system, motion, newton, (node, restart.q, of_projection), &mut of)?;
+            self.project(system, motion, linearisation, (node, restart.q, of_projection), &mut of)?;
         }
         let [now, before] = restart.weights;
         let sigma_before = column(&self.change.trajectory.sigma, restart.before);
@@ -50,12 +50,12 @@ impl SecondOrderSweep {
         let at = NodeView { v: restart.v, sigma: restart.begin, ..motion.at(node) };
         let SecondOrderSweep { change, programs, sums, .. } = self;
         let along = NodeView { q: &of.q_behind, v: &of.v, sigma: &of.begin, ..change.at(node) };
-        programs.changes((system, &newton.evaluation), (&at, restart.momentum_blocks), &along, sums);
+        programs.changes((system, &linearisation.evaluation), (&at, restart.momentum_blocks), &along, sums);
         self.known_p.copy_from_slice(self.sums.l_v());
         self.known_q.copy_from_slice(&of.q_behind);
         self.sigma_before.copy_from_slice(&of.begin);
         self.restarts.push(of);
-        newton.evaluation.set_compliance(motion.trajectory.compliance_from(node));
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(node));
         Ok(())
     }
 
@@ -64,7 +64,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         (node, q_before, (nu, blocks)): (usize, &[f64], (&[f64], &[f64])),
         of: &mut RestartChange,
     ) -> Result<(), Error> {
@@ -73,33 +73,33 @@ impl SecondOrderSweep {
         set_displacement(motion, node, q_before, w);
         let at = NodeView { v: w, sigma: nu, ..motion.at(node) };
         let along = NodeView { q: q_dot, v: &zeros.v, sigma: &zeros.sigma, ..here };
-        programs.changes((system, &newton.evaluation), (&at, blocks), &along, sums);
+        programs.changes((system, &linearisation.evaluation), (&at, blocks), &along, sums);
         right.v.iter_mut().zip(sums.l_v()).for_each(|(right, l_v)| *right = -l_v);
         phi.set(&at, &along);
         right.sigma.iter_mut().zip(phi.evaluate(system)).for_each(|(right, phi)| *right = -phi.part(ALONG));
 
         let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), at.t);
-        newton.evaluation.set_compliance(&motion.shared);
-        newton.factor(system, 0.0, blocks, report).map_err(singular)?;
+        linearisation.evaluation.set_compliance(&motion.shared);
+        linearisation.factor(system, 0.0, blocks, report).map_err(singular)?;
         let (x, mut last) = (&mut of.projection, f64::INFINITY);
         left.v.copy_from_slice(&right.v);
         left.sigma.copy_from_slice(&right.sigma);
         for _ in 0..MOST_CORRECTIONS_OF_PROJECTION {
-            newton.solve(system, left);
+            linearisation.solve(system, left);
             x.add(left);
-            let correction = newton.size_of(&left.v);
-            if is_rounding(correction, last, newton.size_of(&x.v)) {
+            let correction = linearisation.size_of(&left.v);
+            if is_rounding(correction, last, linearisation.size_of(&x.v)) {
                 break;
             }
             last = correction;
             let of_x = NodeView::of_equations([&x.v, &x.v, &x.sigma], (no_controls, 0.0, &[]));
-            newton.evaluation.push_forward(system, blocks, &of_x, sums);
+            linearisation.evaluation.push_forward(system, blocks, &of_x, sums);
             left.v.copy_from_slice(sums.l_v());
             // Φ_q w is the change of dΦ/dt with v along w.
             let of_w = NodeView::of_equations([&zeros.v, &x.v, &zeros.sigma], (no_controls, 0.0, &[]));
-            newton.evaluation.push_forward(system, blocks, &of_w, sums);
+            linearisation.evaluation.push_forward(system, blocks, &of_w, sums);
             left.sigma.copy_from_slice(sums.phi_dot());
-            newton.evaluation.compliance().iter().for_each(|&(j, mu)| left.sigma[j] -= mu * x.sigma[j]);
+            linearisation.evaluation.compliance().iter().for_each(|&(j, mu)| left.sigma[j] -= mu * x.sigma[j]);
             left.subtract_from(right);
         }
         add(&mut of.q_behind, &of.projection.v);
@@ -111,32 +111,32 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&mut Newton, &First),
+        (linearisation, first): (&mut Linearisation, &First),
         (node, restart): (usize, &Restart),
     ) -> Result<(), Error> {
         let (Some(change), Some(crossed)) = (self.restarts.pop(), first.record.crossed(node)) else { return Ok(()) };
         let of = Crossing { node, restart, crossed, change: &change };
         self.sweep.begin_crossing();
-        self.momentum_back(system, motion, newton, &of);
-        newton.evaluation.set_compliance(&motion.shared);
-        self.projection_back(system, motion, newton, &of)?;
-        newton.evaluation.set_compliance(motion.trajectory.compliance_into(node));
+        self.momentum_back(system, motion, linearisation, &of);
+        linearisation.evaluation.set_compliance(&motion.shared);
+        self.projection_back(system, motion, linearisation, &of)?;
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_into(node));
         self.sweep.carried.clear();
-        self.add_end(system, motion, (newton, first.record), &of);
+        self.add_end(system, motion, (linearisation, first.record), &of);
         self.ended = Some(change);
         Ok(())
     }
 
     /// Adjoint of p* = 𝓛_v(q, v⁻, s).
-    fn momentum_back(&mut self, system: &System, motion: &Motion, newton: &mut Newton, of: &Crossing) {
+    fn momentum_back(&mut self, system: &System, motion: &Motion, linearisation: &mut Linearisation, of: &Crossing) {
         let Crossing { node, restart, crossed, change } = of;
-        self.sweep.cross_momentum(system, motion, newton, restart, *node);
+        self.sweep.cross_momentum(system, motion, linearisation, restart, *node);
         let SecondOrderSweep { sweep, change: of_motion, programs, first_rows: rows, right, zeros, .. } = self;
         right.v.iter_mut().zip(&crossed.anew.b).for_each(|(pi, b)| *pi = -b);
         let at = NodeView { v: restart.v, sigma: restart.begin, ..motion.at(*node) };
         let with = Covector { c: &right.v, d: &zeros.v, e: &zeros.sigma };
         let along = direction(of_motion, *node, [&change.q_behind, &change.v, &change.begin]);
-        programs.rows_along((system, &newton.evaluation), (&at, restart.momentum_blocks), &along, &with, rows);
+        programs.rows_along((system, &linearisation.evaluation), (&at, restart.momentum_blocks), &along, &with, rows);
         add(&mut sweep.cost.q, &rows.q);
         add(&mut sweep.cost.v, &rows.v);
         let [now, before] = restart.weights;
@@ -150,7 +150,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         of: &Crossing,
     ) -> Result<(), Error> {
         let Crossing { node, restart, crossed, change } = of;
@@ -162,15 +162,15 @@ impl SecondOrderSweep {
         let along = direction(of_motion, *node, [&change.q_behind, &change.projection.v, &change.projection.sigma]);
         let Pair { v: c, sigma: e } = &crossed.projection;
         let of_e = Covector { c: &zeros.v, d: &zeros.v, e };
-        programs.rows_along((system, &newton.evaluation), (&at, blocks), &along, &of_e, rows);
+        programs.rows_along((system, &linearisation.evaluation), (&at, blocks), &along, &of_e, rows);
         less.v.copy_from_slice(&rows.v);
         let of_c = Covector { c, d: &zeros.v, e: &zeros.sigma };
-        programs.rows_along((system, &newton.evaluation), (&at, blocks), &along, &of_c, rows);
+        programs.rows_along((system, &linearisation.evaluation), (&at, blocks), &along, &of_c, rows);
         add(&mut less.v, &rows.v);
         add(&mut less.v, &rows.q);
         less.sigma.copy_from_slice(&rows.sigma);
         let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(*node), here.t);
-        let crossed = self.sweep.cross_projection(system, motion, newton, (restart, Some(&self.left)), *node);
+        let crossed = self.sweep.cross_projection(system, motion, linearisation, (restart, Some(&self.left)), *node);
         crossed.map_err(singular)?;
         add_multiple(&mut self.sweep.cost.q, -1.0, &self.first_rows.v);
         self.sweep.add_inputs_of(&self.first_rows);
@@ -179,7 +179,13 @@ impl SecondOrderSweep {
     }
 
     /// Adds the sources at the end of the step.
-    fn add_end(&mut self, system: &System, motion: &Motion, (newton, record): (&Newton, &Record), of: &Crossing) {
+    fn add_end(
+        &mut self,
+        system: &System,
+        motion: &Motion,
+        (linearisation, record): (&Linearisation, &Record),
+        of: &Crossing,
+    ) {
         let Crossing { node, restart, change, .. } = *of;
         let last = motion.trajectory.last_stage();
         let stage = motion.block_column(node, last);
@@ -189,7 +195,7 @@ impl SecondOrderSweep {
         let h_dot = of_motion.length(node) * motion.trajectory.scheme.a(last, last);
         let (with, step) = (record.covector(stage), record.of_step(stage));
         rows.clear();
-        OfStage { at, along, blocks, with, step, h_dot }.add_sources(system, newton, programs, rows);
+        OfStage { at, along, blocks, with, step, h_dot }.add_sources(system, linearisation, programs, rows);
         let CostRows { q, v, sigma, p_star_dot, .. } = &mut sweep.cost;
         for (sum, own) in [(q, &rows.q), (v, &rows.v), (sigma, &rows.sigma), (p_star_dot, &rows.p_star_dot)] {
             add(sum, own);

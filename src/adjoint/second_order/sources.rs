@@ -4,7 +4,7 @@ use super::programs::Programs;
 use super::{First, SecondOrderSweep};
 use crate::adjoint::record::Crossed;
 use crate::forward::{Motion, control_rates};
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::dot;
 use crate::scheme::StageAdjoint;
 use crate::system::{Beside, CostRows, Covector, Depends, NodeView, Weights};
@@ -25,8 +25,14 @@ pub(super) struct OfStage<'a> {
 
 impl OfStage<'_> {
     /// Adds ∂(Dψ)/∂z, −ḣ a and −ḣ b.
-    pub(super) fn add_sources(&self, system: &System, newton: &Newton, programs: &mut Programs, rows: &mut CostRows) {
-        programs.add_rows_along((system, &newton.evaluation), (&self.at, self.blocks), &self.along, &self.with, rows);
+    pub(super) fn add_sources(
+        &self,
+        system: &System,
+        linearisation: &Linearisation,
+        programs: &mut Programs,
+        rows: &mut CostRows,
+    ) {
+        programs.add_rows_along((system, &linearisation.evaluation), (&self.at, self.blocks), &self.along, &self.with, rows);
         if self.h_dot != 0.0 {
             let [a, b] = self.step;
             rows.v.iter_mut().zip(a).for_each(|(sum, a)| *sum -= self.h_dot * a);
@@ -41,7 +47,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&Newton, &First),
+        (linearisation, first): (&Linearisation, &First),
         node: usize,
     ) -> Result<(), Error> {
         self.sweep.clear_cost();
@@ -52,7 +58,7 @@ impl SecondOrderSweep {
             }
             self.sweep.add_lengths_of_node(system, motion, node);
         }
-        self.add_stage(system, motion, (newton, first), (node, motion.trajectory.last_stage()));
+        self.add_stage(system, motion, (linearisation, first), (node, motion.trajectory.last_stage()));
         self.sweep.take_cost();
         Ok(())
     }
@@ -62,7 +68,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&Newton, &First),
+        (linearisation, first): (&Linearisation, &First),
         (node, s): (usize, usize),
     ) -> Result<(), Error> {
         self.sweep.clear_cost();
@@ -71,7 +77,7 @@ impl SecondOrderSweep {
             self.add_costs(system, motion, (node, s, node), &Weights::between(self.steps[node - 1] * weight))?;
             self.sweep.add_length_of_stage(motion, (node, s));
         }
-        self.add_stage(system, motion, (newton, first), (node, s));
+        self.add_stage(system, motion, (linearisation, first), (node, s));
         self.sweep.take_cost();
         Ok(())
     }
@@ -153,7 +159,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         motion: &Motion,
-        (newton, first): (&Newton, &First),
+        (linearisation, first): (&Linearisation, &First),
         (node, s): (usize, usize),
     ) {
         self.sweep.cost_is_zero = false;
@@ -170,7 +176,7 @@ impl SecondOrderSweep {
         };
         let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));
         let of = OfStage { at, along, blocks: motion.stage_blocks(node, s), with, step, h_dot };
-        of.add_sources(system, newton, programs, &mut self.sweep.cost);
+        of.add_sources(system, linearisation, programs, &mut self.sweep.cost);
         if self.suspect.is_none() && !self.sweep.cost.is_finite() {
             let mut rows = self.sweep.cost.clone();
             self.suspect =

@@ -20,7 +20,7 @@ const SMALL: f64 = 0.1;
 
 /// The size of every input of a motion that was computed.
 pub(super) fn sizes_of_inputs(system: &System, inputs: &Inputs, solver: &mut Solver) -> Inputs {
-    let masses = masses(&solver.forward_mut().stepper.newton, system);
+    let masses = masses(&solver.forward_mut().stepper.newton.linearisation, system);
     let roots: Vec<f64> = masses.iter().map(|mass| mass.max(0.0).sqrt()).collect();
     let largest = |x: &[f64], power: i32| {
         let entries = x.chunks(roots.len().max(1)).flat_map(|column| column.iter().zip(&roots));
@@ -77,7 +77,7 @@ fn largest_by_controls(system: &System, inputs: &Inputs, largest: &dyn Fn(&[f64]
 ///   dJ/dΔt_i = −½ (a·(v₋ + v) + b·(ṗ*₋ + ṗ*)) + …      |b·ṗ*| ≤ ‖b‖ ‖ṗ*‖ with Σ m b² and Σ ṗ*²/m, independent of units; |a·v| alike
 /// ```
 pub(super) fn sizes_of_terms(system: &System, solver: &mut Solver) -> Vec<f64> {
-    let masses = masses(&solver.forward_mut().stepper.newton, system);
+    let masses = masses(&solver.forward_mut().stepper.newton.linearisation, system);
     let (motion, refinement) = (solver.trajectory(), solver.refinement());
     let taken = solver.inputs().grid.steps.len();
     let mut sizes = vec![0.0; taken - motion.inserted.len()];

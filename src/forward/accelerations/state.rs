@@ -3,7 +3,7 @@
 use crate::forward::assembly::factor_state;
 use crate::forward::redundancy;
 use crate::motion::{Compliances, Report};
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::larger;
 use crate::system::{Covector, NodeView, Pair, StateRows};
 use crate::{Error, System};
@@ -19,7 +19,7 @@ const SHARED: f64 = 1e-3;
 
 /// K(0) of a state, factored, and workspace for solutions.
 pub(super) struct State {
-    pub(super) newton: Newton,
+    pub(super) linearisation: Linearisation,
     corrections: usize,
     pub(super) right: Pair,
     /// The residual of a corrected solution.
@@ -32,45 +32,45 @@ impl State {
     pub(super) fn new(system: &System) -> Self {
         let (n, m) = (system.n(), system.m());
         let pair = || Pair::new(n, m);
-        let (newton, rows) = (Newton::new(system), StateRows::new(n, m));
-        State { newton, corrections: 0, right: pair(), left: pair(), rows, zeros: pair() }
+        let (linearisation, rows) = (Linearisation::new(system), StateRows::new(n, m));
+        State { linearisation, corrections: 0, right: pair(), left: pair(), rows, zeros: pair() }
     }
 
     pub(super) fn factor(&mut self, system: &System, at: &NodeView<f64>, place: (usize, &Compliances)) -> Result<(), Error> {
         let at = without_sigma(at, &self.zeros);
-        let pivot = factor_state(system, &mut self.newton, (&at, place), &mut Report::default())?;
-        let is_compliant = !self.newton.evaluation.compliance().is_empty();
+        let pivot = factor_state(system, &mut self.linearisation, (&at, place), &mut Report::default())?;
+        let is_compliant = !self.linearisation.evaluation.compliance().is_empty();
         self.corrections = if is_compliant { CORRECTIONS } else { usize::from(pivot < DOUBTFUL) };
         Ok(())
     }
 
     /// Solves K(0) x = r.
     pub(super) fn solve(&mut self, system: &System, x: &mut Pair) {
-        let State { newton, right, left, rows, zeros, .. } = self;
+        let State { linearisation, right, left, rows, zeros, .. } = self;
         x.v.copy_from_slice(&right.v);
         x.sigma.copy_from_slice(&right.sigma);
-        newton.solve(system, x);
+        linearisation.solve(system, x);
         for _ in 0..self.corrections {
             let with = Covector { c: &x.v, d: &zeros.v, e: &x.sigma };
-            newton.evaluation.pull_back(system, &newton.evaluation.blocks, &with, rows);
+            linearisation.evaluation.pull_back(system, &linearisation.evaluation.blocks, &with, rows);
             left.v.copy_from_slice(&rows.v);
             left.sigma.copy_from_slice(&rows.sigma);
             left.subtract_from(right);
             let mut correction = left.clone();
-            newton.solve(system, &mut correction);
+            linearisation.solve(system, &mut correction);
             x.add(&correction);
         }
     }
 
     /// The equation of a requested reaction that other equations may take over: zᵀr_σ ≠ 0 for a z with Φ_qᵀz = 0.
     pub(super) fn find_undetermined(&mut self, system: &System, at: &NodeView<f64>) -> Option<usize> {
-        if self.newton.evaluation.compliance().is_empty() {
+        if self.linearisation.evaluation.compliance().is_empty() {
             return None;
         }
-        let mut flexibilities = redundancy::flexibilities(system, at, &redundancy::masses(&self.newton, system));
+        let mut flexibilities = redundancy::flexibilities(system, at, &redundancy::masses(&self.linearisation, system));
         let asked = self.right.sigma.clone();
         let left_out: Vec<usize> = {
-            let compliance = self.newton.evaluation.compliance().iter();
+            let compliance = self.linearisation.evaluation.compliance().iter();
             compliance.filter(|&&(j, mu)| mu > flexibilities[j]).map(|&(j, _)| j).collect()
         };
         if let Some(found) = left_out.iter().find_map(|&j| self.find_shared(system, j, &asked, &flexibilities)) {
@@ -87,16 +87,16 @@ impl State {
 
     /// The equation of a requested reaction that equation j may take over: zᵀr_σ ≠ 0 with z_j = 1, the others from K(0) (v, −z) = (Φ_qᵀ, 0)_j.
     fn find_shared(&mut self, system: &System, j: usize, asked: &[f64], flexibilities: &[f64]) -> Option<usize> {
-        let State { newton, right, rows, zeros, .. } = self;
+        let State { linearisation, right, rows, zeros, .. } = self;
         if asked.iter().all(|x| *x == 0.0) {
             return None;
         }
         right.sigma.fill(0.0);
         right.sigma[j] = 1.0;
         let with = Covector { c: &zeros.v, d: &zeros.v, e: &right.sigma };
-        newton.evaluation.pull_back(system, &newton.evaluation.blocks, &with, rows);
+        linearisation.evaluation.pull_back(system, &linearisation.evaluation.blocks, &with, rows);
         let mut x = Pair { v: rows.v.clone(), sigma: zeros.sigma.clone() };
-        newton.solve(system, &mut x);
+        linearisation.solve(system, &mut x);
         let z: Vec<f64> = x.sigma.iter().zip(&right.sigma).map(|(sigma, unit)| unit - sigma).collect();
         right.sigma.copy_from_slice(asked);
         let share = |j: usize| z[j].abs() * flexibilities[j].sqrt();

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use crate::linear::gmres;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::larger;
 use crate::system::Pair;
 use crate::{Error, System};
@@ -29,15 +29,20 @@ pub(crate) struct Bordered {
 }
 
 impl Bordered {
-    /// Uses the factors of K(0) in `newton` and the masses in K(0).
+    /// Uses the factors of K(0) in `linearisation` and the masses in K(0).
     ///
     /// # Errors
     /// The constraints and the other held coordinates determine a held coordinate.
-    pub(crate) fn new(system: &System, newton: &mut Newton, held: &[usize], masses: &[f64]) -> Result<Self, Error> {
+    pub(crate) fn new(
+        system: &System,
+        linearisation: &mut Linearisation,
+        held: &[usize],
+        masses: &[f64],
+    ) -> Result<Self, Error> {
         let columns: Vec<Pair> = Vec::from_iter(held.iter().map(|&i| {
             let mut column = Pair::new(system.n(), system.m());
             column.v[i] = 1.0;
-            newton.solve(system, &mut column);
+            linearisation.solve(system, &mut column);
             column
         }));
         let matrix = DMatrix::from_fn(held.len(), held.len(), |i, j| columns[j].v[held[i]]);
@@ -72,10 +77,10 @@ impl Bordered {
     }
 
     /// Replaces the right-hand side x by the solution x with Eᵀ x = 0.
-    pub(crate) fn solve(&self, system: &System, newton: &mut Newton, x: &mut Pair) {
+    pub(crate) fn solve(&self, system: &System, linearisation: &mut Linearisation, x: &mut Pair) {
         // Rows of held coordinates contain only κ: other values there would cancel, with a loss of digits in the other rows.
         self.held.iter().for_each(|&i| x.v[i] = 0.0);
-        newton.solve(system, x);
+        linearisation.solve(system, x);
         if self.held.is_empty() {
             return;
         }
@@ -93,23 +98,23 @@ impl Bordered {
     pub(crate) fn solve_close(
         &self,
         system: &System,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         x: &mut Pair,
-        mut product: impl FnMut(&Newton, &Pair, &mut Pair),
+        mut product: impl FnMut(&Linearisation, &Pair, &mut Pair),
     ) {
         let (n, m) = (system.n(), system.m());
         let (right, mut along, mut image) = (x.clone(), Pair::new(n, m), Pair::new(n, m));
-        self.solve(system, newton, x);
+        self.solve(system, linearisation, x);
         let found = gmres(&x.v, EXACT, MOST_PRODUCTS, |v| {
             along.v.copy_from_slice(v);
-            product(newton, &along, &mut image);
-            self.solve(system, newton, &mut image);
+            product(linearisation, &along, &mut image);
+            self.solve(system, linearisation, &mut image);
             image.v.clone()
         });
         along.v.copy_from_slice(&found);
-        product(newton, &along, &mut image);
+        product(linearisation, &along, &mut image);
         image.subtract_from(&right);
-        self.solve(system, newton, &mut image);
+        self.solve(system, linearisation, &mut image);
         image.add(&along);
         *x = image;
     }

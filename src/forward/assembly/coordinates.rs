@@ -86,11 +86,11 @@ impl Assembler<'_> {
             let tangent = Tangent::new(self, Which::Coordinates, [&at, &from], held, &soft)?;
             stalled = tangent.stalled();
             if corrections == 1 {
-                self.newton.weigh(self.system);
+                self.linearisation.weigh(self.system);
             }
             self.residual((Which::Coordinates, &l_v), &at, &mut left);
             left.part(0, &mut delta);
-            tangent.correct(self.system, self.newton, &mut delta);
+            tangent.correct(self.system, self.linearisation, &mut delta);
             let step = |share: f64| moved.v.iter().zip(&delta.v).map(|(w, delta)| w - share * delta).collect::<Vec<f64>>();
             let shares = (0..MOST_HALVINGS).map(|k| 0.5f64.powi(k));
             // Comparisons with NaN are false.
@@ -100,10 +100,10 @@ impl Assembler<'_> {
             };
             let Some(share) = shares.into_iter().find(gets_better) else { break };
             way = if share < 1.0 { Way::Halved } else { way };
-            let (next, correction) = (step(share), share * self.newton.size_of(&delta.v));
+            let (next, correction) = (step(share), share * self.linearisation.size_of(&delta.v));
             moved.v.copy_from_slice(&next);
             moved.sigma.iter_mut().zip(&delta.sigma).for_each(|(nu, delta)| *nu -= delta);
-            let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
+            let size = larger(self.linearisation.size_of(q), self.linearisation.size_of(&moved.v));
             let is_stalled = correction >= 0.5 * last && correction <= stalled * size;
             last = correction;
             let is_rounding = correction <= larger(ROUNDING * size, UNDERFLOW);
@@ -112,7 +112,7 @@ impl Assembler<'_> {
             }
         }
         self.see_that_it_closes((q, held), &moved.v, given)?;
-        let size = larger(self.newton.size_of(q), self.newton.size_of(&moved.v));
+        let size = larger(self.linearisation.size_of(q), self.linearisation.size_of(&moved.v));
         if last <= stalled * size { Ok(way) } else { Err(Error::AssemblyStalled { correction: largest(&delta.v) }) }
     }
 
@@ -139,7 +139,7 @@ impl Assembler<'_> {
 
     /// Computes the sizes with the masses at the point of the last evaluation.
     pub(super) fn sizes(&self, q: &[f64], at: &NodeView<f64>) -> Sizes {
-        let masses = redundancy::apparent_masses(self.newton, self.system, at);
+        let masses = redundancy::apparent_masses(self.linearisation, self.system, at);
         let mut flexibilities = redundancy::flexibilities(self.system, at, &masses);
         // One size for all components of a vector, so that the violation of a loop is a distance in any direction.
         for equations in self.system.vector_equations() {

@@ -50,18 +50,18 @@ impl Assembler<'_> {
             let violation = sizes.violation(&left.sigma);
             let soft = sizes.soft(self.system, violation, softest);
             let tangent = Tangent::new(self, Which::Coordinates, [&at, &from], held, &soft)?;
-            tangent.step(self.system, self.newton, &mut left);
+            tangent.step(self.system, self.linearisation, &mut left);
             let turn = self.system.sines().coordinates().fold(0.0, |turn, i| larger(turn, left.v[i].abs()));
             let share = if turn > MOST_TURN { MOST_TURN / turn } else { 1.0 };
             moved.v.iter_mut().zip(&left.v).for_each(|(w, delta)| *w -= share * delta);
             moved.sigma.iter_mut().zip(&left.sigma).for_each(|(nu, next)| *nu -= share * (*nu + next));
-            let (step, size) = (self.newton.size_of(&left.v), self.newton.size_of(&moved.v));
+            let (step, size) = (self.linearisation.size_of(&left.v), self.linearisation.size_of(&moved.v));
             if share == 1.0 && step <= to_try * size {
                 to_try = SHORTER * step / size;
                 let mut near = moved.clone();
                 let found = self.approach((q, held), &mut near, given, softest).is_ok();
                 let change: Vec<f64> = near.v.iter().zip(&moved.v).map(|(near, w)| near - w).collect();
-                if found && self.newton.size_of(&change) <= CLOSE * size {
+                if found && self.linearisation.size_of(&change) <= CLOSE * size {
                     *moved = near;
                     return Ok(());
                 }

@@ -25,7 +25,7 @@ use nalgebra::DVector;
 use crate::forward::rank::Scaled;
 use crate::forward::redundancy;
 use crate::motion::{Compliances, Held, Report};
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::{Real, larger, largest};
 use crate::system::{Given, KnownPart, NodeView, Pair};
 use crate::{Coordinate, Error, Start, System};
@@ -54,7 +54,7 @@ pub(crate) struct Assembly {
 /// System, factors and tolerance for the assembly of a start.
 pub(crate) struct Assembler<'a> {
     pub(crate) system: &'a System,
-    pub(crate) newton: &'a mut Newton,
+    pub(crate) linearisation: &'a mut Linearisation,
     pub(crate) report: &'a mut Report,
     /// Tolerance of Φ, m or rad.
     pub(crate) tolerance: f64,
@@ -113,13 +113,13 @@ impl Assembler<'_> {
 
     /// Returns an error if velocities violate a constraint: then a held coordinate only seems to be free, but dependent constraints determine it.
     fn see_that_it_is_free(&mut self, tangent: &Tangent, (q0, v): (&[f64], &[f64]), given: Given) -> Result<(), Error> {
-        let Some(held) = tangent.least_free().filter(|_| !self.newton.evaluation.compliance().is_empty()) else {
+        let Some(held) = tangent.least_free().filter(|_| !self.linearisation.evaluation.compliance().is_empty()) else {
             return Ok(());
         };
         let mut left = Pair::new(self.system.n(), self.system.m());
         let none = left.sigma.clone();
         let at = given.at(q0, v, &none);
-        self.newton.l_v_and_phi_dot(self.system, &at, &mut left, self.report);
+        self.linearisation.l_v_and_phi_dot(self.system, &at, &mut left, self.report);
         self.system.take_rounding(&at, v, &mut left.sigma);
         if largest(&left.sigma) > self.tolerance {
             return Err(Error::Held { coordinate: self.system.coordinate_name(held).to_string() });
@@ -165,14 +165,14 @@ impl Assembler<'_> {
     /// 𝓛_v, evaluated by the programs.
     fn l_v(&mut self, at: &NodeView<f64>) -> Vec<f64> {
         let mut l_v = vec![0.0; self.system.n()];
-        self.newton.l_v(self.system, at, &mut l_v, self.report);
+        self.linearisation.l_v(self.system, at, &mut l_v, self.report);
         l_v
     }
 
     /// Writes the residual of one of the systems, without E κ, by the programs. `from` is 𝓛_v at the unmoved point.
     fn residual(&mut self, (which, from): (Which, &[f64]), at: &NodeView<f64>, left: &mut Unknowns<f64>) {
         let mut pair = Pair::new(at.v.len(), at.sigma.len());
-        self.newton.l_v_and_phi_dot(self.system, at, &mut pair, self.report);
+        self.linearisation.l_v_and_phi_dot(self.system, at, &mut pair, self.report);
         left.x.iter_mut().zip(pair.v.iter().zip(from)).for_each(|(left, (l_v, from))| *left = l_v - from);
         match which {
             Which::Coordinates => {
@@ -192,13 +192,13 @@ impl Assembler<'_> {
     ) -> Result<Bordered, Error> {
         let zeros = vec![0.0; self.system.m()];
         let at = Given::from(*at).at(at.q, at.v, &zeros);
-        self.newton.evaluation.set_inertia(&inertia);
-        let factored = factor_state(self.system, self.newton, (&at, (0, compliances)), self.report);
-        self.newton.evaluation.set_inertia(&[]);
+        self.linearisation.evaluation.set_inertia(&inertia);
+        let factored = factor_state(self.system, self.linearisation, (&at, (0, compliances)), self.report);
+        self.linearisation.evaluation.set_inertia(&[]);
         factored?;
-        let mut masses = redundancy::apparent_masses(self.newton, self.system, &at);
+        let mut masses = redundancy::apparent_masses(self.linearisation, self.system, &at);
         inertia.into_iter().for_each(|(i, more)| masses[i] += more);
-        Bordered::new(self.system, self.newton, held, &masses)
+        Bordered::new(self.system, self.linearisation, held, &masses)
     }
 
     /// Corrects every part with the same tangent until the corrections are rounding.
@@ -218,7 +218,7 @@ impl Assembler<'_> {
             let mut is_done = true;
             for (k, last) in last.iter_mut().enumerate() {
                 left.part(k, &mut delta);
-                tangent.correct_in_range(self.system, self.newton, &mut delta);
+                tangent.correct_in_range(self.system, self.linearisation, &mut delta);
                 unknowns.subtract(k, &delta);
                 let given = equations.size(k, given);
                 let size = unknowns.x.iter().fold(given, |size, x| larger(size, x.part(k).abs()));
@@ -240,19 +240,19 @@ impl Assembler<'_> {
 /// Factors K(0) at a state with σ = 0; without given compliances, dependent constraints get default ones. Returns the smallest pivot ratio.
 pub(crate) fn factor_state(
     system: &System,
-    newton: &mut Newton,
+    linearisation: &mut Linearisation,
     (at, (node, compliance)): (&NodeView<f64>, (usize, &Compliances)),
     report: &mut Report,
 ) -> Result<f64, Error> {
     let from = KnownPart { h: 0.0, q: at.q, p_star: &[], sigma: at.sigma };
     let given = Given::from(*at);
     let mut own = Report { worst_pivot: 1.0, ..Report::default() };
-    newton.evaluation.set_compliance(compliance);
-    let mut factored = newton.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
+    linearisation.evaluation.set_compliance(compliance);
+    let mut factored = linearisation.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
     if compliance.is_empty() && (factored.is_err() || own.worst_pivot < SUSPICIOUS) {
-        let compliances = redundancy::compliances(newton, system, at);
-        newton.evaluation.set_compliance(&compliances);
-        factored = newton.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
+        let compliances = redundancy::compliances(linearisation, system, at);
+        linearisation.evaluation.set_compliance(&compliances);
+        factored = linearisation.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
     }
     report.factorisations += own.factorisations;
     factored.map(|()| own.worst_pivot).map_err(|breakdown| {

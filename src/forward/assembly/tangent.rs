@@ -11,7 +11,7 @@ use super::bordered::Bordered;
 use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, UNDERFLOW};
 use crate::forward::redundancy::masses;
 use crate::motion::Compliances;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::{larger, largest};
 use crate::system::{Covector, ElementKind, NodeView, Pair, StateRows, Sums};
 use crate::{Error, System};
@@ -49,8 +49,8 @@ impl Tangent {
     ) -> Result<Self, Error> {
         let mut l_v = vec![0.0; assembler.system.n()];
         let [moved_blocks, unmoved_blocks] = [moved, unmoved].map(|point| {
-            assembler.newton.l_v(assembler.system, point, &mut l_v, assembler.report);
-            assembler.newton.evaluation.blocks.clone()
+            assembler.linearisation.l_v(assembler.system, point, &mut l_v, assembler.report);
+            assembler.linearisation.evaluation.blocks.clone()
         });
         let bends = match which {
             Which::Coordinates => bends(assembler, [&moved_blocks, &unmoved_blocks]),
@@ -61,10 +61,10 @@ impl Tangent {
     }
 
     /// Computes A x, without the border.
-    fn product(&self, system: &System, newton: &Newton, x: &Pair, sums: &mut Sums<f64>, image: &mut Pair) {
+    fn product(&self, system: &System, linearisation: &Linearisation, x: &Pair, sums: &mut Sums<f64>, image: &mut Pair) {
         let (none, no_controls) = (vec![0.0; x.v.len()], vec![0.0; system.k()]);
         let along = |q, v, sigma| NodeView::of_equations([q, v, sigma], (&no_controls, 0.0, &[]));
-        let evaluation = &newton.evaluation;
+        let evaluation = &linearisation.evaluation;
         if self.which == Which::Velocities {
             evaluation.push_forward(system, &self.moved, &along(&none, &x.v, &x.sigma), sums);
             image.v.copy_from_slice(sums.l_v());
@@ -85,13 +85,13 @@ impl Tangent {
     pub(crate) fn transposed_product(
         &self,
         system: &System,
-        newton: &Newton,
+        linearisation: &Linearisation,
         x: &Pair,
         rows: &mut StateRows,
         image: &mut Pair,
     ) {
         let (none, no_e) = (vec![0.0; x.v.len()], vec![0.0; x.sigma.len()]);
-        let evaluation = &newton.evaluation;
+        let evaluation = &linearisation.evaluation;
         if self.which == Which::Velocities {
             evaluation.pull_back(system, &self.moved, &Covector { c: &x.v, d: &none, e: &x.sigma }, rows);
             image.v.copy_from_slice(&rows.v);
@@ -109,30 +109,30 @@ impl Tangent {
     }
 
     /// Solves with the factors alone, without D.
-    pub(super) fn step(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
-        self.bordered.solve(system, newton, left);
+    pub(super) fn step(&self, system: &System, linearisation: &mut Linearisation, left: &mut Pair) {
+        self.bordered.solve(system, linearisation, left);
     }
 
     /// Solves for a correction, which replaces the residual.
-    pub(super) fn correct(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
+    pub(super) fn correct(&self, system: &System, linearisation: &mut Linearisation, left: &mut Pair) {
         let mut sums = Sums::new(system.n(), system.m());
-        self.bordered.solve_close(system, newton, left, |newton, x, image| {
-            self.product(system, newton, x, &mut sums, image);
+        self.bordered.solve_close(system, linearisation, left, |linearisation, x, image| {
+            self.product(system, linearisation, x, &mut sums, image);
         });
     }
 
     /// Solves for a correction, without the rounding error of dependent constraints, which no motion can correct: their multipliers would grow with
     /// each correction, and derivatives of higher order would never converge.
-    pub(super) fn correct_in_range(&self, system: &System, newton: &mut Newton, left: &mut Pair) {
+    pub(super) fn correct_in_range(&self, system: &System, linearisation: &mut Linearisation, left: &mut Pair) {
         let mut within = left.clone();
-        self.correct(system, newton, left);
-        let compliances = newton.evaluation.compliance();
+        self.correct(system, linearisation, left);
+        let compliances = linearisation.evaluation.compliance();
         if compliances.is_empty() {
             return;
         }
         compliances.iter().for_each(|&(j, mu)| within.sigma[j] += mu * left.sigma[j]);
         *left = within;
-        self.correct(system, newton, left);
+        self.correct(system, linearisation, left);
     }
 
     /// If corrections have stopped shrinking, they are rounding below this fraction of the corrected values.
@@ -146,24 +146,26 @@ impl Tangent {
     }
 
     /// Computes A⁻¹ r.
-    pub(crate) fn solve(&self, system: &System, newton: &mut Newton, right: &Pair) -> Result<Pair, Error> {
+    pub(crate) fn solve(&self, system: &System, linearisation: &mut Linearisation, right: &Pair) -> Result<Pair, Error> {
         let mut sums = Sums::new(system.n(), system.m());
-        let product = |newton: &Newton, x: &Pair, image: &mut Pair| self.product(system, newton, x, &mut sums, image);
-        self.solve_with(system, newton, right, product).map(|(x, _)| x)
+        let product = |linearisation: &Linearisation, x: &Pair, image: &mut Pair| {
+            self.product(system, linearisation, x, &mut sums, image)
+        };
+        self.solve_with(system, linearisation, right, product).map(|(x, _)| x)
     }
 
     /// Computes (c, e) = A⁻ᵀ r, and E k, the residual in the rows of held coordinates.
     pub(crate) fn solve_transposed(
         &self,
         system: &System,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         right: &Pair,
     ) -> Result<(Pair, DVector<f64>), Error> {
         let mut rows = StateRows::new(system.n(), system.m());
-        let product = |newton: &Newton, x: &Pair, image: &mut Pair| {
-            self.transposed_product(system, newton, x, &mut rows, image);
+        let product = |linearisation: &Linearisation, x: &Pair, image: &mut Pair| {
+            self.transposed_product(system, linearisation, x, &mut rows, image);
         };
-        let (x, left) = self.solve_with(system, newton, right, product)?;
+        let (x, left) = self.solve_with(system, linearisation, right, product)?;
         let mut of_held = DVector::zeros(system.n());
         self.held.iter().for_each(|&i| of_held[i] = left.v[i]);
         Ok((x, of_held))
@@ -173,21 +175,21 @@ impl Tangent {
     fn solve_with(
         &self,
         system: &System,
-        newton: &mut Newton,
+        linearisation: &mut Linearisation,
         right: &Pair,
-        mut product: impl FnMut(&Newton, &Pair, &mut Pair),
+        mut product: impl FnMut(&Linearisation, &Pair, &mut Pair),
     ) -> Result<(Pair, Pair), Error> {
         let (mut x, mut left) = (Pair::new(system.n(), system.m()), right.clone());
         // Velocities that the right-hand side would cause without constraints: the solution may be zero up to rounding.
-        let masses = masses(newton, system);
+        let masses = masses(linearisation, system);
         let sizes = right.v.iter().zip(&masses).filter(|(_, mass)| **mass > 0.0).map(|(r, mass)| (r / mass).abs());
         let given = sizes.fold(0.0, larger);
         let mut last = f64::INFINITY;
         for corrections in 1..=MOST_CORRECTIONS_OF_START {
-            self.bordered.solve_close(system, newton, &mut left, &mut product);
+            self.bordered.solve_close(system, linearisation, &mut left, &mut product);
             let correction = largest(&left.v);
             x.add(&left);
-            product(newton, &x, &mut left);
+            product(linearisation, &x, &mut left);
             left.subtract_from(right);
             let size = larger(given, largest(&x.v));
             let is_stalled = correction >= 0.5 * last && correction <= self.stalled() * size;
@@ -203,7 +205,7 @@ impl Tangent {
 
 /// |D_ii| of the coordinates with D_ii ≠ 0, from the second derivatives at both points.
 fn bends(assembler: &Assembler, blocks: [&[f64]; 2]) -> Vec<(usize, f64)> {
-    let (system, evaluation) = (assembler.system, &assembler.newton.evaluation);
+    let (system, evaluation) = (assembler.system, &assembler.linearisation.evaluation);
     let (mut sums, zeros, no_controls) =
         (Sums::new(system.n(), system.m()), Pair::new(system.n(), system.m()), vec![0.0; system.k()]);
     let (mut unit, mut bends) = (zeros.v.clone(), Vec::new());

@@ -15,7 +15,7 @@ use nalgebra::DVector;
 use crate::forward::Assembler;
 use crate::forward::{ForwardSweep, Motion};
 use crate::motion::Refinement;
-use crate::node::Newton;
+use crate::node::Linearisation;
 use crate::number::Real;
 use crate::scheme::known_part;
 use crate::system::{Given, NodeView, Pair, Sums};
@@ -64,11 +64,11 @@ struct Lifted<R: Real> {
     rounding: f64,
 }
 
-/// The real motion near the lifted one, and its Newton matrix.
+/// The real motion near the lifted one, and its Linearisation matrix.
 struct Near<'a> {
     system: &'a System,
     motion: &'a Motion,
-    newton: &'a mut Newton,
+    linearisation: &'a mut Linearisation,
     report: &'a mut Report,
 }
 
@@ -126,7 +126,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         self.lifted.begin(self.refinement.refine(inputs), inputs, &design);
         let system = self.real.system();
         let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
-        let mut near = Near { system, motion, newton: &mut stepper.newton, report: &mut monitor.report };
+        let mut near =
+            Near { system, motion, linearisation: &mut stepper.newton.linearisation, report: &mut monitor.report };
         self.lifted.start(&mut near)?;
         let nodes = self.lifted.inputs.grid.nodes();
         (1..nodes).try_for_each(|i| self.lifted.step(&mut near, i))?;
@@ -182,13 +183,13 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     fn assembled(&mut self, inputs: &Inputs<R>, design: &[R]) -> Result<Option<Inputs<R>>, Error> {
         let system = self.real.system();
         let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
-        let (newton, report) = (&mut stepper.newton, &mut monitor.report);
+        let (linearisation, report) = (&mut stepper.newton.linearisation, &mut monitor.report);
         let (Start::Assembled { q, v, .. }, Some(assembly)) = (&inputs.start, &motion.assembly) else { return Ok(None) };
         let near = (assembly, motion.at(0).into());
         let given = Given { u: inputs.controls_at(0), t: inputs.grid.start, design };
-        let mut assembler = Assembler { system, newton, report, tolerance: 0.0 };
+        let mut assembler = Assembler { system, linearisation, report, tolerance: 0.0 };
         let start = assembler.lift((q.as_slice(), v.as_slice()), near, given)?;
-        newton.evaluation.set_compliance(motion.trajectory.compliance_from(0));
+        linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         Ok(Some(Inputs { start, ..inputs.clone() }))
     }
 
@@ -254,7 +255,7 @@ impl<R: Real> Lifted<R> {
         self.start_q.copy_from_slice(self.inputs.start.q().as_slice());
         self.start_p.copy_from_slice(self.inputs.start.rate().as_slice());
         self.start_sigma.fill(R::zero());
-        near.newton.evaluation.set_compliance(near.motion.trajectory.compliance_from(0));
+        near.linearisation.evaluation.set_compliance(near.motion.trajectory.compliance_from(0));
         if let Start::Velocity { q, v } = &self.inputs.start {
             let sigma = vec![R::zero(); self.trajectory.sigma.nrows()];
             let (u, design) = (self.inputs.controls_at(0), self.design.as_slice());

@@ -27,7 +27,7 @@ impl<R: Real> Lifted<R> {
         near.system.plain_sums(&at, &mut self.sums);
         self.start_p.copy_from_slice(self.sums.l_v());
         self.start_sigma.copy_from_slice(&s);
-        near.newton.evaluation.set_compliance(near.motion.trajectory.compliance_from(i));
+        near.linearisation.evaluation.set_compliance(near.motion.trajectory.compliance_from(i));
         self.solve_node(near, i)
     }
 
@@ -40,21 +40,21 @@ impl<R: Real> Lifted<R> {
         let mut nu: Vec<R> = nu.iter().map(|&nu| nu.into()).collect();
         let mut w: Vec<R> = real.iter().zip(&before).map(|(&q, &before)| q - before).collect();
         let mut phi = vec![R::zero(); nu.len()];
-        near.newton.evaluation.set_compliance(&motion.shared);
+        near.linearisation.evaluation.set_compliance(&motion.shared);
         near.factor(i, 0.0, motion.node_blocks(i))?;
         let mut sizes = vec![Shrinking::new(); R::PARTS];
         for correction in 0..MOST_CORRECTIONS_OF_PROJECTION {
             let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at((&self.inputs, &self.design), i) };
             system.plain_sums(&at, &mut self.sums);
             system.phi(&at, &mut phi);
-            for &(j, mu) in near.newton.evaluation.compliance() {
+            for &(j, mu) in near.linearisation.evaluation.compliance() {
                 phi[j] -= nu[j] * mu;
             }
             let mut done = true;
             for (part, sizes) in sizes.iter_mut().enumerate() {
                 self.part.v.iter_mut().zip(self.sums.l_v()).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
-                near.newton.solve(near.system, &mut self.part);
+                near.linearisation.solve(near.system, &mut self.part);
                 let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part]));
                 let size =
                     size.ok_or_else(|| overflow(near, i, "the complex or dual part of the projection onto Φ = 0"))?.of_all;

@@ -21,7 +21,7 @@ const MOST_CORRECTIONS_OF_STAGE: usize = 30;
 impl Near<'_> {
     /// Factors K(h) with the blocks of a stage of the step into a node.
     pub(super) fn factor(&mut self, i: usize, h: f64, blocks: &[f64]) -> Result<(), Error> {
-        let factored = self.newton.factor(self.system, h, blocks, self.report);
+        let factored = self.linearisation.factor(self.system, h, blocks, self.report);
         factored.map(|_| ()).map_err(|breakdown| self.system.singular_step(&breakdown, i, self.motion.trajectory.times[i]))
     }
 }
@@ -92,7 +92,7 @@ impl<R: Real> Lifted<R> {
         let sigma = now.sigma;
         let u = if s == self.trajectory.last_stage() { self.inputs.controls_at(i) } else { now.u };
         near.system.plain_sums(&now.with_inputs((u, &self.design)), &mut self.sums);
-        for &(j, mu) in near.newton.evaluation.compliance() {
+        for &(j, mu) in near.linearisation.evaluation.compliance() {
             self.sums.parts_mut()[2][j] -= (sigma[j] - self.start_sigma[j]) * mu;
         }
     }
@@ -114,7 +114,7 @@ impl<R: Real> Lifted<R> {
             }
             is_rounding &= residual <= ROUNDING * scale;
             self.part.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(r, phi_dot)| *r = -phi_dot.part(part));
-            near.newton.solve(near.system, &mut self.part);
+            near.linearisation.solve(near.system, &mut self.part);
             let unit = self.unit[part];
             // In a motion at rest except for rounding, derivatives that vanish are rounding error as well.
             let speed = largest_real(self.trajectory.stage(i, s).v);

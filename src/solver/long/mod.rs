@@ -302,7 +302,7 @@ impl<'s> LongSolver<'s> {
         debug_assert!(self.forward.reached() > to, "the steps computed before succeed again");
         let last = if from == 0 { 0 } else { from + 1 };
         let ForwardSweep { motion, stepper, watch, .. } = &mut self.forward;
-        AdjointSweep::back(&mut self.sweeps, self.system, motion, &mut stepper.newton, (last..to + 1, watch))
+        AdjointSweep::back(&mut self.sweeps, self.system, motion, &mut stepper.newton.linearisation, (last..to + 1, watch))
     }
 
     /// Adds one more level of checkpoints between two nodes.

@@ -122,7 +122,7 @@ mod tests {
             inputs.start.set_coordinate(wheel.coordinates[0], arm - 0.4);
             solver.simulate(&inputs)?;
             let forward = solver.forward_mut();
-            let (motion, evaluation) = (&forward.motion, &mut forward.stepper.newton.evaluation);
+            let (motion, evaluation) = (&forward.motion, &mut forward.stepper.newton.linearisation.evaluation);
             let [mut by_programs, mut by_blocks] = [0, 1].map(|_| vec![0.0; system.m()]);
             for node in 1..motion.nodes() {
                 evaluation.phi(&system, &motion.at(node), &mut by_programs);
