@@ -79,8 +79,10 @@
 //! Derivatives are written as suffixes, such as `_q`. Units are SI: m, rad, s, kg, N; σ and p* are in N s (N m s for angles).
 #![cfg_attr(docsrs, feature(doc_cfg))]
 
+mod accelerations;
 mod adjoint;
 mod animation;
+mod assembly;
 pub mod check;
 mod error;
 #[cfg(feature = "files")]
@@ -95,6 +97,7 @@ mod number;
 pub mod optimize;
 pub mod paper_system;
 mod program;
+mod redundancy;
 mod scene;
 mod scheme;
 mod settings;

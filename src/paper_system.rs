@@ -19,7 +19,7 @@ use nalgebra::{DMatrix, DMatrixView, DVector};
 use num_dual::Dual64;
 use std::ops::Range;
 
-use crate::forward::CostSum;
+use crate::accelerations::CostSum;
 use crate::motion::Refinement;
 use crate::motion::column;
 use crate::number::Real;

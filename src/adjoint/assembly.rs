@@ -9,8 +9,8 @@
 use nalgebra::DVector;
 
 use super::sweep::AdjointSweep;
-use crate::forward::assembly::{Assembler, Tangent, Which};
-use crate::forward::{Assembly, Motion};
+use crate::assembly::{Assembler, Tangent};
+use crate::motion::{Assembly, Motion, Which};
 use crate::node::Linearisation;
 use crate::system::{Covector, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Start, System};

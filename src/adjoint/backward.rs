@@ -7,9 +7,8 @@ use std::ops::Range;
 
 use super::AdjointSweep;
 use crate::adjoint::growth::Growth;
-use crate::forward::restarts::Restart;
-use crate::forward::{ForwardSweep, Motion};
-use crate::motion::{Task, Watch};
+use crate::forward::ForwardSweep;
+use crate::motion::{Motion, Restart, Task, Watch};
 use crate::node::Linearisation;
 use crate::scheme::{StageAdjoint, carried_part};
 use crate::system::{CostFactors, NodeView};

@@ -1,6 +1,6 @@
 //! [`CostNode`]: evaluates the costs of one node or stage.
 
-use crate::forward::AccelerationsOfCosts;
+use crate::accelerations::AccelerationsOfCosts;
 use crate::motion::Compliances;
 use crate::system::{CostRows, Depends, NodeView, Weights};
 use crate::{Error, System};

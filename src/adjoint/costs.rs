@@ -1,7 +1,7 @@
 //! Costs in the backward sweep: their terms at nodes and stages, and the derivatives of these.
 
 use super::sweep::AdjointSweep;
-use crate::forward::{Motion, control_rates};
+use crate::motion::Motion;
 use crate::number::{add, dot};
 use crate::system::{Beside, CostRows, NodeView, Weights};
 use crate::{Error, System};
@@ -93,7 +93,7 @@ impl AdjointSweep {
         self.cost_is_zero = false;
         if system.has_control_rates() {
             self.cost.clear_passed_on();
-            control_rates(&motion.inputs, step, &mut self.cost_node.u_dot);
+            motion.inputs.control_rates(step, &mut self.cost_node.u_dot);
         }
         let given = self.refinement.node_of_whole(node);
         let place = (given, motion.trajectory.compliance_from(node));

@@ -10,8 +10,7 @@
 //! In free flight the sizes are constant; if a cost is small because its aim is reached, both sizes are small.
 
 use crate::Warning;
-use crate::forward::Motion;
-use crate::motion::Report;
+use crate::motion::{Motion, Report};
 use crate::node::UnitWeights;
 use crate::system::CostRows;
 

@@ -17,9 +17,7 @@
 //! Forces that no node samples are not detected: a well or a pulse between two nodes.
 
 use crate::adjoint::AdjointSweep;
-use crate::forward::Motion;
-use crate::forward::restarts::Restart;
-use crate::motion::{Report, column};
+use crate::motion::{Motion, Report, Restart, column};
 use crate::node::Linearisation;
 use crate::number::dot;
 use crate::system::{Covector, NodeValues, NodeView, Within};

@@ -2,10 +2,8 @@
 
 use super::AdjointSweep;
 use crate::System;
-use crate::forward::Motion;
-use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
-use crate::forward::restarts::Restart;
 use crate::linear::Breakdown;
+use crate::motion::{MOST_CORRECTIONS_OF_PROJECTION, Motion, Restart};
 use crate::node::Linearisation;
 use crate::number::add;
 use crate::scheme::StageAdjoint;

@@ -10,8 +10,7 @@
 //! With a compliance μ (`forward/redundancy.rs`), the last part is −J_σ − (dΦ/dt)_q D − μ Σ e of the stages that follow.
 
 use super::sweep::AdjointSweep;
-use crate::forward::Motion;
-use crate::motion::column;
+use crate::motion::{Motion, column};
 use crate::node::Linearisation;
 use crate::system::Covector;
 use crate::{Error, System};

@@ -8,9 +8,8 @@
 //!   any other                                ℓ_j = Σ |∂Φ_j/∂q_i| w_i,  w_i = 1 rad for angles, the largest |q_i| so far for the rest
 //! ```
 
-use super::Motion;
 use super::monitor::Monitor;
-use crate::motion::column;
+use crate::motion::{Motion, column};
 use crate::node::Linearisation;
 use crate::number::larger;
 use crate::{Settings, System, Warning};

@@ -1,8 +1,9 @@
 //! Explains why a step has no solution, with the name of the cause.
 
-use super::{ForwardSweep, rank};
+use super::ForwardSweep;
 use crate::motion::column;
 use crate::node::StepFailure;
+use crate::redundancy::near_singular;
 use crate::system::{NodeView, Sums};
 use crate::{Error, Start, System};
 
@@ -46,7 +47,7 @@ impl ForwardSweep {
     /// Error if the constraints nearly lose rank at the last computed node.
     fn near_singular(&self, system: &System, node: usize) -> Option<Error> {
         let at = self.motion.at(node.checked_sub(1)?);
-        rank::near_singular(system, &at, self.motion.step_of_whole(node), self.driven(system, node))
+        near_singular(system, &at, self.motion.step_of_whole(node), self.driven(system, node))
     }
 
     /// The constraint equations that depend on time at the end of the step, Φ_t ≠ 0, at the coordinates of the last computed node.

@@ -11,8 +11,8 @@
 
 use nalgebra::DMatrix;
 
-use super::{ForwardSweep, Motion};
-use crate::motion::{Refinement, column_mut};
+use super::ForwardSweep;
+use crate::motion::{Motion, Refinement, column_mut};
 use crate::{Settings, Warning};
 
 /// Largest number of halvings of a step; shorter parts would be lost in its rounding.

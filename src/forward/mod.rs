@@ -1,28 +1,17 @@
 //! The forward sweep: the consistent start, then one step after another.
 
-mod accelerations;
 mod adapt;
-mod ahead;
-pub(crate) mod assembly;
-mod breaking;
-mod circuits;
 mod closeness;
 mod continuation;
-mod cost;
 mod drift;
 mod failure;
 mod given_start;
 mod halving;
-mod lost_derivatives;
 mod monitor;
-mod motion;
 pub(crate) mod projection;
-pub(crate) mod rank;
-pub(crate) mod redundancy;
 mod relax;
 mod restart;
 mod restarting;
-pub(crate) mod restarts;
 mod run;
 mod selection;
 mod start;
@@ -32,11 +21,6 @@ mod sweep;
 mod unresolved_steps;
 mod window;
 
-pub(crate) use accelerations::{Accelerations, AccelerationsOfCosts};
-pub(crate) use assembly::{Assembler, Assembly};
-pub(crate) use cost::{CostSum, check_sums, control_rates};
-pub(crate) use lost_derivatives::Examiner;
-pub(crate) use motion::Motion;
 pub(crate) use stepper::Stepper;
 pub(crate) use sweep::ForwardSweep;
 pub(crate) use window::HISTORY;

@@ -1,8 +1,7 @@
 //! [`Monitor`]: the report and the warnings of a run.
 
-use super::Examiner;
 use crate::Warning;
-use crate::motion::Report;
+use crate::motion::{Examiner, Report};
 use crate::system::Order;
 
 /// The report of a run, and the quantities from which its warnings are derived.

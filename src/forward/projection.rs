@@ -13,17 +13,13 @@
 //! **Dependent constraints.** With Φ_qᵀz = 0, rounding ε of zᵀΦ moves ν by ε/μ along z, 1e-5 N s, and 𝓛_v by this times (Φ_q(q) − Φ_q(q⁻))ᵀz if K(0)
 //! is that at q⁻. Therefore K(0) is factored at q, where Φ_qᵀz = 0, as soon as q is known.
 
-use super::Motion;
 use super::monitor::Monitor;
 use crate::System;
-use crate::motion::Report;
+use crate::motion::{MOST_CORRECTIONS_OF_PROJECTION, Motion, Report};
 use crate::node::{Linearisation, StepFailure};
 use crate::number::{larger, largest};
 use crate::system::{NodeView, Pair};
 
-/// A projection that has not converged after this number of corrections fails; corrections that shrink by a third have reached rounding by then. The
-/// corrections of its derivatives shrink alike.
-pub(crate) const MOST_CORRECTIONS_OF_PROJECTION: usize = 90;
 /// If constraints depend on each other, K(0) is factored anew in these corrections: q is known to rounding before the last.
 const REFACTORED: std::ops::RangeInclusive<usize> = 1..=2;
 /// Momenta at rest below this fraction of those of the motion are rounding.

@@ -1,11 +1,10 @@
 //! The compliances of a motion with dependent constraints (`forward/redundancy.rs`): their choice at the start, and the gaps and the loss of energy
 //! that they cause.
 
-use super::rank::Scaled;
-use super::redundancy::{Relaxed, apparent_masses, flexibilities, of_loops, refuse_gaps, softest};
-use super::{breaking, selection};
+use super::selection;
 use crate::forward::ForwardSweep;
 use crate::number::larger;
+use crate::redundancy::{Relaxed, Scaled, apparent_masses, designs, flexibilities, of_loops, refuse_gaps, softest};
 use crate::system::NodeView;
 use crate::{Error, Settings, System, Warning};
 
@@ -48,9 +47,7 @@ pub(crate) fn relax(forward: &mut ForwardSweep, system: &System, at: &NodeView<f
         // Factor again, because the choice above replaces the factors.
         forward.stepper.newton.linearisation.evaluation.set_compliance(&shared);
         let factored = forward.factor_start(system);
-        factored
-            .map(|()| breaking::designs(system, &mut forward.stepper.newton.linearisation, at, (&z, &masses)))
-            .unwrap_or_default()
+        factored.map(|()| designs(system, &mut forward.stepper.newton.linearisation, at, (&z, &masses))).unwrap_or_default()
     } else {
         Vec::new()
     };

@@ -1,7 +1,7 @@
 //! [`Restarting`]: the state of the restarts so far, for the next one (`forward/restart.rs`).
 
-use super::circuits::Circuits;
 use super::projection::Point;
+use crate::redundancy::Circuits;
 
 /// σ₋: the multipliers at the last end of a macro step, after a restart there.
 #[derive(Default)]

@@ -2,8 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::{Assembler, Examiner, ForwardSweep, restart, selection, start};
-use crate::motion::{Clock, Report, Task, column};
+use super::{ForwardSweep, restart, selection, start};
+use crate::assembly::Assembler;
+use crate::motion::{Clock, Examiner, Report, Task, column};
 use crate::node::StepFailure;
 use crate::system::{Given, NodeView, Order};
 use crate::{Error, Inputs, Settings, Start, System, Trajectory, Warning, memory};

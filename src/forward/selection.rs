@@ -15,14 +15,12 @@
 //! Between choices positions are projected at intervals, because left-out equations would drift farther than the others. This also detects equations
 //! that begin to contradict the others: the projection violates Φ = 0, or dΦ/dt = 0 there, by μ ν.
 
-use super::circuits::{Circuits, left_out};
+use super::ForwardSweep;
 use super::closeness::{UNDETERMINED, closeness, closeness_here};
 use super::projection::Projection;
-use super::rank::Scaled;
-use super::redundancy::{CONTRADICTION, refuse_gaps, root_flexibility, softest};
-use super::{ForwardSweep, Motion};
-use crate::motion::{Compliances, Report};
+use crate::motion::{Compliances, Motion, Report};
 use crate::node::{Linearisation, StepFailure};
+use crate::redundancy::{CONTRADICTION, Circuits, Scaled, left_out, refuse_gaps, root_flexibility, softest};
 use crate::system::{Given, KnownPart, NodeView, Sums};
 use crate::{Error, Settings, System, Warning};
 
@@ -232,8 +230,8 @@ pub(super) fn select(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::forward::redundancy::compliances;
     use crate::planar::Body;
+    use crate::redundancy::compliances;
     use crate::{Grid, Inputs, Scene};
 
     /// Two cranks of a parallelogram at 1 rad and their coupler, which a third crank at its middle makes dependent.

@@ -1,13 +1,13 @@
 //! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), with checks of the start.
 
-use super::{given_start, redundancy, relax};
+use super::{given_start, relax};
 use crate::error::quoted;
 use crate::forward::ForwardSweep;
-use crate::forward::rank::{self, Scaled};
 use crate::motion::{column, column_mut};
 use crate::number::all_finite;
+use crate::redundancy::{Scaled, can_be_met, is_singular};
 use crate::system::{NodeView, Pair};
-use crate::{Error, Settings, Start, System, Warning};
+use crate::{Error, Settings, Start, System, Warning, redundancy};
 
 /// If a pivot ratio is below this, Φ_q and M are examined in full.
 const SUSPICIOUS: f64 = 1e-10;
@@ -85,7 +85,7 @@ fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: 
     }
     let clash = Scaled::at(system, &at).and_then(|here| {
         let clash = here.contradiction(system, &phi, at.t)?;
-        (!rank::can_be_met(&here, system, &at)).then_some(clash)
+        (!can_be_met(&here, system, &at)).then_some(clash)
     });
     let equation = system.equation_name(j).into();
     Err(clash.unwrap_or(Error::InitialPosition { equation, violation, tolerance }))
@@ -147,7 +147,7 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
     let u = column(&forward.motion.inputs.controls, 0).to_vec();
     let at = NodeView::of_equations([q, &v, &sigma], (&u, time, &design));
     let scaled = Scaled::at(system, &at);
-    if let Some(error) = scaled.as_ref().and_then(|scaled| rank::is_singular(scaled, system, &at)) {
+    if let Some(error) = scaled.as_ref().and_then(|scaled| is_singular(scaled, system, &at)) {
         return Err(error);
     }
     let explained = scaled.as_ref().and_then(|scaled| scaled.explain(system, &at));

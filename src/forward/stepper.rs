@@ -1,7 +1,6 @@
 //! [`Stepper`]: solves one stage after another.
 
-use super::Motion;
-use crate::motion::{Clock, column};
+use crate::motion::{Clock, Motion, column};
 use crate::node::{Newton, Predictor};
 use crate::scheme::known_part;
 use crate::{Scheme, System};

@@ -1,10 +1,10 @@
 //! [`ForwardSweep`]: the state of a forward sweep.
 
+use super::Stepper;
 use super::monitor::Monitor;
-use super::redundancy::Relaxed;
 use super::restarting::Restarting;
-use super::{Motion, Stepper};
-use crate::motion::Watch;
+use crate::motion::{Motion, Watch};
+use crate::redundancy::Relaxed;
 use crate::{Scheme, System};
 
 /// The forward sweep: the motion so far, the solver of its steps, and the checks along it.

@@ -163,6 +163,13 @@ impl<R: Real> Inputs<R> {
         [column(&self.controls, node - 1), column(&self.controls, node)]
     }
 
+    /// Writes u̇ in the step that ends at a node; does nothing if there is no such step.
+    pub(crate) fn control_rates(&self, step: usize, u_dot: &mut [R]) {
+        let Some(&length) = self.grid.steps.get(step - 1) else { return };
+        let [begin, end] = self.at_ends(step);
+        u_dot.iter_mut().zip(begin.iter().zip(end)).for_each(|(u_dot, (&begin, &end))| *u_dot = (end - begin) / length);
+    }
+
     /// The controls at the fraction c of the step that ends at `node`, linear between its ends.
     pub(crate) fn controls_within(&self, node: usize, c: f64, u: &mut [R]) {
         let (before, after) = (column(&self.controls, node - 1), column(&self.controls, node));

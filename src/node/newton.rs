@@ -32,7 +32,7 @@ use crate::linear::{BlockLu, Factorization};
 use crate::motion::Report;
 use crate::node::{StepFailure, Unknowns};
 use crate::number::{add, all_finite, larger};
-use crate::system::{Given, KnownPart, Pair};
+use crate::system::{Given, KnownPart};
 use crate::{Settings, System};
 
 /// A residual below this fraction of its terms, times the square root of the number of unknowns, is rounding: errors add up along a chain.

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use num_dual::Dual64;
 
 use super::free::{Free, Quantity};
-use crate::forward::rank::{RANK, null_space};
+use crate::redundancy::{RANK, null_space};
 use crate::system::{NodeValues, NodeView, Sums};
 use crate::{Error, Inputs, Settings, Start, System};
 

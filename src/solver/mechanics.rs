@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::forward::rank::{Scaled, mass_matrix};
-use crate::forward::{Accelerations, ForwardSweep};
+use crate::accelerations::Accelerations;
+use crate::forward::ForwardSweep;
 use crate::motion::column;
+use crate::redundancy::{Scaled, mass_matrix};
 use crate::scene::planar::Point;
 use crate::system::{NodeView, Pair, Sums};
 use crate::{Error, Inputs, Param, Settings, System, Trajectory};

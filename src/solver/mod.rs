@@ -19,7 +19,8 @@ pub use stopped::Stopped;
 use nalgebra::DVector;
 
 use crate::adjoint::{AdjointSweep, AdjointVariables, Gradient, SecondOrderSweep};
-use crate::forward::{ForwardSweep, Motion};
+use crate::forward::ForwardSweep;
+use crate::motion::Motion;
 use std::ops::ControlFlow;
 
 use crate::motion::Refinement;

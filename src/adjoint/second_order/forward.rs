@@ -2,9 +2,7 @@
 
 use super::SecondOrderSweep;
 use super::kept::Place;
-use crate::forward::Motion;
-use crate::forward::restarts::Restart;
-use crate::motion::column;
+use crate::motion::{Motion, Restart, column};
 use crate::node::Linearisation;
 use crate::number::largest;
 use crate::scheme::known_part;

@@ -1,8 +1,8 @@
 //! [`KeptFactors`]: the factors of K(h) at the stages of a motion, reused in products along other directions and in their backward sweeps.
 
 use crate::System;
-use crate::forward::Motion;
 use crate::linear::{BlockLu, Breakdown, Factorization};
+use crate::motion::Motion;
 use crate::node::Linearisation;
 
 /// If a motion would need more bytes than this, no factors are stored.

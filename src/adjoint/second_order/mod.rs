@@ -25,10 +25,12 @@ mod sources;
 use nalgebra::DVector;
 use num_dual::Dual64;
 
+use crate::accelerations::AccelerationsOfCosts;
 use crate::adjoint::accuracy::Accuracy;
 use crate::adjoint::record::Record;
 use crate::adjoint::{AdjointSweep, Gradient};
-use crate::forward::{AccelerationsOfCosts, ForwardSweep, Motion};
+use crate::forward::ForwardSweep;
+use crate::motion::Motion;
 use crate::motion::Report;
 use crate::node::Linearisation;
 use crate::system::{CostFactors, CostRows, Pair, Sums};

@@ -3,7 +3,7 @@
 use super::programs::Programs;
 use super::{First, SecondOrderSweep};
 use crate::adjoint::record::Crossed;
-use crate::forward::{Motion, control_rates};
+use crate::motion::Motion;
 use crate::node::Linearisation;
 use crate::number::dot;
 use crate::scheme::StageAdjoint;
@@ -187,7 +187,7 @@ impl SecondOrderSweep {
     /// Computes u̇ = (u_i − u_{i−1})/Δt_i in the step that ends at a node, and its change.
     fn find_control_rates(&mut self, motion: &Motion, step: usize) {
         let [u_dot, change] = &mut self.u_dot;
-        control_rates(&motion.inputs, step, u_dot);
+        motion.inputs.control_rates(step, u_dot);
         let Some(length) = self.steps.get(step - 1) else { return };
         let [begin, end] = self.change.inputs.at_ends(step);
         for (k, change) in change.iter_mut().enumerate() {

@@ -15,8 +15,8 @@
 use num_dual::Dual64;
 
 use super::Subject;
+use crate::accelerations::CostSum;
 use crate::check::direct::moved;
-use crate::forward::CostSum;
 use crate::motion::Refinement;
 use crate::system::CostFactors;
 use crate::{AdjointVariables, Error, Gradient, Inputs};

@@ -11,7 +11,7 @@
 use nalgebra::{DMatrix, DVector, DVectorView};
 use num_dual::Dual64;
 
-use crate::forward::redundancy::masses;
+use crate::redundancy::masses;
 use crate::system::{NodeValues, NodeView};
 use crate::{Inputs, Solver, Start, System};
 

@@ -5,9 +5,9 @@ use std::ops::Range;
 
 use super::super::random::Random;
 use super::terms::Terms;
-use crate::forward::rank::mass_matrix;
 use crate::motion::column;
 use crate::paper_system::{self, PaperSystem, Variable};
+use crate::redundancy::mass_matrix;
 
 /// The parts of the paper's y at one node.
 #[derive(Clone, Debug, PartialEq)]

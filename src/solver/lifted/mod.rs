@@ -12,8 +12,9 @@ mod stage;
 
 use nalgebra::DVector;
 
-use crate::forward::Assembler;
-use crate::forward::{ForwardSweep, Motion};
+use crate::assembly::Assembler;
+use crate::forward::ForwardSweep;
+use crate::motion::Motion;
 use crate::motion::Refinement;
 use crate::node::Linearisation;
 use crate::number::Real;

@@ -4,9 +4,7 @@ use super::correction::{Shrinking, Size, add};
 use super::stage::CONVERGED;
 use super::{Lifted, Near, overflow};
 use crate::Error;
-use crate::forward::projection::MOST_CORRECTIONS_OF_PROJECTION;
-use crate::forward::restarts::Restart;
-use crate::motion::{column, column_mut};
+use crate::motion::{MOST_CORRECTIONS_OF_PROJECTION, Restart, column, column_mut};
 use crate::number::Real;
 use crate::system::NodeView;
 

@@ -3,9 +3,7 @@
 use super::correction::{Shrinking, Size, add};
 use super::{Lifted, Near, overflow};
 use crate::Error;
-use crate::forward::Motion;
-use crate::forward::restarts::Restart;
-use crate::motion::column;
+use crate::motion::{Motion, Restart, column};
 use crate::node::SMALL;
 use crate::number::Real;
 

@@ -3,8 +3,8 @@
 use nalgebra::DVector;
 
 use super::LongSolver;
-use crate::forward::{CostSum, Motion, check_sums};
-use crate::motion::Refinement;
+use crate::accelerations::{CostSum, check_sums};
+use crate::motion::{Motion, Refinement};
 use crate::system::CostFactors;
 use crate::{Error, System};
 

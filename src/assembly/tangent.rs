@@ -7,26 +7,17 @@
 
 use nalgebra::DVector;
 
+use super::assembler::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, UNDERFLOW};
 use super::bordered::Bordered;
-use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, UNDERFLOW};
-use crate::forward::redundancy::masses;
-use crate::motion::Compliances;
+use crate::motion::{Compliances, Which};
 use crate::node::Linearisation;
 use crate::number::{larger, largest};
+use crate::redundancy::masses;
 use crate::system::{Covector, ElementKind, NodeView, Pair, StateRows, Sums};
 use crate::{Error, System};
 
 /// A correction below this fraction of the solution is rounding.
 const ROUNDING: f64 = 1e-16;
-
-/// Which of the two systems of equations.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Which {
-    /// For w and ν.
-    Coordinates,
-    /// For v₀ and μ.
-    Velocities,
-}
 
 /// A at a point, bordered by the held coordinates. GMRES solves with it; the preconditioner is K(0) with |diag D| for D, and with a compliance if
 /// constraints depend on each other.

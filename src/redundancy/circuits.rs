@@ -7,7 +7,7 @@
 //!
 //! Circuits that have no equation in common, as in mechanisms connected by independent constraints, are computed as their sum by one solve.
 
-use super::redundancy::root_flexibility;
+use super::compliances::root_flexibility;
 use crate::System;
 use crate::motion::Compliances;
 use crate::node::Linearisation;
@@ -24,7 +24,7 @@ const STRAY: f64 = 1e-3;
 const INDEPENDENT: f64 = 1e-5;
 
 /// The left-out equations, numbered among the equations that close loops.
-pub(super) fn left_out<'a>(chosen: &'a Compliances, shared: &'a Compliances) -> impl Iterator<Item = usize> + 'a {
+pub(crate) fn left_out<'a>(chosen: &'a Compliances, shared: &'a Compliances) -> impl Iterator<Item = usize> + 'a {
     (0..shared.len()).filter(|&k| chosen[k] != shared[k])
 }
 
@@ -50,7 +50,7 @@ impl Circuit {
 
 /// The circuits of all equations that are left out.
 #[derive(Default)]
-pub(super) struct Circuits {
+pub(crate) struct Circuits {
     known: Vec<Circuit>,
     /// The equations that are left out now.
     left_out: Vec<usize>,
@@ -67,12 +67,12 @@ pub(super) struct Circuits {
 
 impl Circuits {
     /// Clears the circuits when a motion begins.
-    pub(super) fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.known.clear();
     }
 
     /// True if all left-out equations have sufficient shares, with the current factors at the point of the last evaluation.
-    pub(super) fn are_good(
+    pub(crate) fn are_good(
         &mut self,
         linearisation: &mut Linearisation,
         system: &System,
@@ -93,12 +93,12 @@ impl Circuits {
     }
 
     /// True if all left-out equations depend on others, which they do to rounding if positions satisfy all equations.
-    pub(super) fn are_dependent(&self) -> bool {
+    pub(crate) fn are_dependent(&self) -> bool {
         self.most_v <= INDEPENDENT
     }
 
     /// Restores left-out equations that have lost their share; leaves out those with the largest share instead unless they may be in other circuits.
-    pub(super) fn exchange(&self, shared: &Compliances, chosen: &mut [(usize, f64)], left_out: f64) {
+    pub(crate) fn exchange(&self, shared: &Compliances, chosen: &mut [(usize, f64)], left_out: f64) {
         let mut circuits_of = vec![0; shared.len()];
         self.known.iter().flat_map(|circuit| &circuit.equations).for_each(|&k| circuits_of[k] += 1);
         for circuit in self.known.iter().filter(|circuit| !circuit.is_good) {

@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
+use super::assembler::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, ROUNDING, UNDERFLOW};
 use super::equations::{Unknowns, sum};
-use super::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, ROUNDING, Tangent, UNDERFLOW, Which};
-use crate::forward::redundancy::{self, COMPLIANCE};
+use super::tangent::Tangent;
+use crate::motion::Which;
 use crate::number::{larger, largest};
+use crate::redundancy::{self, COMPLIANCE};
 use crate::system::{Given, NodeView, Pair};
 use crate::{Error, System};
 

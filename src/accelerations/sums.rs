@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::accelerations::{Accelerations, AccelerationsOfCosts};
+use super::evaluation::{Accelerations, AccelerationsOfCosts};
 use crate::motion::{Compliances, Refinement};
 use crate::number::Real;
 use crate::system::{Beside, CostFactors, CostRows, Depends, NodeValues, NodeView, Weights};
@@ -149,7 +149,7 @@ impl<R: Real> Trajectory<R> {
         let has_rates = system.has_control_rates();
         let mut u_dot = vec![R::zero(); if has_rates { system.k() } else { 0 }];
         if i > 0 && system.has_integral() {
-            control_rates(inputs, i, &mut u_dot);
+            inputs.control_rates(i, &mut u_dot);
             for s in 1..self.last_stage() {
                 let at = NodeView { design, u_dot: &u_dot, ..self.stage(column, s) };
                 let weights = Weights::between(inputs.grid.steps[i - 1] * self.scheme.weight(s));
@@ -157,7 +157,7 @@ impl<R: Real> Trajectory<R> {
             }
         }
         for &side in Beside::of(i, inputs.grid.nodes(), has_rates) {
-            control_rates(inputs, side.step(i), &mut u_dot);
+            inputs.control_rates(side.step(i), &mut u_dot);
             let weights = refinement.weights(&self.scheme, &inputs.grid.steps, i, side);
             let at = NodeView { u_dot: &u_dot, ..self.columns(column).with_inputs((inputs.controls_at(i), design)) };
             visit(&at, &weights)?;
@@ -197,13 +197,6 @@ impl<R: Real> Trajectory<R> {
         });
         visited.err().unwrap_or(of_all)
     }
-}
-
-/// Writes u̇ in the step that ends at a node; does nothing if there is no such step.
-pub(crate) fn control_rates<R: Real>(inputs: &Inputs<R>, step: usize, u_dot: &mut [R]) {
-    let Some(&length) = inputs.grid.steps.get(step - 1) else { return };
-    let [begin, end] = inputs.at_ends(step);
-    u_dot.iter_mut().zip(begin.iter().zip(end)).for_each(|(u_dot, (&begin, &end))| *u_dot = (end - begin) / length);
 }
 
 /// Returns an error if J or an output has overflowed.

@@ -1,12 +1,11 @@
 //! K(0) at a state, for accelerations and reactions.
 
-use crate::forward::assembly::factor_state;
-use crate::forward::redundancy;
+use crate::assembly::factor_state;
 use crate::motion::{Compliances, Report};
 use crate::node::Linearisation;
 use crate::number::larger;
 use crate::system::{Covector, NodeView, Pair, StateRows};
-use crate::{Error, System};
+use crate::{Error, System, redundancy};
 
 /// Number of corrections of solutions if K(0) has compliances; one correction …
 const CORRECTIONS: usize = 3;

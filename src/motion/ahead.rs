@@ -3,13 +3,13 @@
 /// The steps ahead of the current one, while steps are halved.
 pub(crate) struct Ahead {
     /// True if a step was halved.
-    pub(super) is_halved: bool,
-    pub(super) gap: usize,
+    pub(crate) is_halved: bool,
+    pub(crate) gap: usize,
     /// Number of halvings of the current step, and those of the parts after it in its given step, the next one last.
-    pub(super) halvings: usize,
-    pub(super) parts: Vec<usize>,
+    pub(crate) halvings: usize,
+    pub(crate) parts: Vec<usize>,
     /// Steps up to this node are repeated as they were computed before.
-    pub(super) known: usize,
+    pub(crate) known: usize,
     /// Largest number of nodes for which there is memory.
     pub(crate) most_nodes: usize,
 }

@@ -3,11 +3,13 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::ahead::Ahead;
-use super::assembly::Assembly;
+use super::grid::Grid;
+use super::inputs::{Inputs, Start};
 use super::restarts::Restarts;
-use crate::motion::column;
+use super::trajectory::{Compliance, Trajectory};
+use crate::motion::{Assembly, column};
 use crate::system::NodeView;
-use crate::{Compliance, Grid, Inputs, Scheme, Start, System, Trajectory, Warning};
+use crate::{Scheme, System, Warning};
 
 /// A motion, or a window over it.
 pub(crate) struct Motion {

@@ -7,9 +7,7 @@
 //!
 //! with f and g of `system/acceleration.rs`; r is the value of both at v̇ = 0 and λ = 0.
 
-mod state;
-
-use state::{State, without_sigma};
+use super::state::{State, without_sigma};
 
 use crate::motion::Compliances;
 use crate::number::{Real, all_finite};

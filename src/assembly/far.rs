@@ -8,10 +8,12 @@
 //! radians and leave the others; in this metric the multipliers ν keep neighbours together, like tension in a rope. The steps end where the equations
 //! for w and ν are satisfied; Newton's method then converges to this point. If loops cannot close, C → 0 leaves them open by as little as possible.
 
+use super::assembler::Assembler;
 use super::coordinates::SOFTEST;
 use super::equations::sum;
-use super::{Assembler, Tangent, Which};
+use super::tangent::Tangent;
 use crate::Error;
+use crate::motion::Which;
 use crate::number::larger;
 use crate::system::{Given, Pair};
 

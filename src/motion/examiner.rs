@@ -2,10 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use super::{Motion, control_rates};
+use super::computed::Motion;
+use super::report::Report;
 use crate::System;
 use crate::model::element::Sum;
-use crate::motion::{Report, column};
+use crate::motion::column;
 use crate::system::{NodeView, Order};
 
 /// Number of examined nodes that are evenly spaced, and largest number of examined nodes whose states were badly predicted, as in a contact. The last
@@ -49,7 +50,7 @@ impl Examiner {
         };
         let (v_dot, lambda) = (rates(&motion.trajectory.v), rates(&motion.trajectory.sigma));
         let mut u_dot = vec![0.0; system.k()];
-        control_rates(&motion.inputs, step, &mut u_dot);
+        motion.inputs.control_rates(step, &mut u_dot);
         let at = NodeView { v_dot: &v_dot, lambda: &lambda, u_dot: &u_dot, ..motion.at(node) };
         let counts = |sum: Sum| match sum {
             Sum::Terminal => node + 1 == motion.nodes(),

@@ -62,7 +62,7 @@ impl Scaled {
     }
 
     /// Coordinates moved by a fraction of the largest, in a direction that the constraints allow.
-    pub(super) fn aside(&self, at: &NodeView<f64>, share: f64) -> DVector<f64> {
+    pub(crate) fn aside(&self, at: &NodeView<f64>, share: f64) -> DVector<f64> {
         let free = self.free();
         // An arbitrary direction in which every coordinate takes part.
         let weights = DVector::from_fn(free.ncols(), |k, _| 1.0 + 0.37 * k as f64);
@@ -252,7 +252,7 @@ fn decomposition(mut matrix: DMatrix<f64>) -> Option<SVD<f64, Dyn, Dyn>> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::forward::*;
 
     /// Φ̂ of a parallelogram with three cranks of 1e154 m.
     #[test]

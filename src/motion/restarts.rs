@@ -2,26 +2,30 @@
 
 use crate::number::Real;
 
+/// A projection that has not converged after this number of corrections fails; corrections that shrink by a third have reached rounding by then. The
+/// corrections of its derivatives shrink alike.
+pub(crate) const MOST_CORRECTIONS_OF_PROJECTION: usize = 90;
+
 /// The nodes at which a motion was restarted, and the states before the restarts, stored one after another.
 #[derive(Default)]
 pub(crate) struct Restarts {
     pub(crate) nodes: Vec<usize>,
     /// For each restart, true if Φ = 0 was restored.
-    pub(super) projected: Vec<bool>,
-    pub(super) q: Vec<f64>,
-    pub(super) v: Vec<f64>,
-    pub(super) p_star_dot: Vec<f64>,
-    pub(super) sigma: Vec<f64>,
-    pub(super) nu: Vec<f64>,
+    pub(crate) projected: Vec<bool>,
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
+    pub(crate) p_star_dot: Vec<f64>,
+    pub(crate) sigma: Vec<f64>,
+    pub(crate) nu: Vec<f64>,
     /// The nodes of σ₋.
-    pub(super) before: Vec<usize>,
+    pub(crate) before: Vec<usize>,
     /// α and β in s = α σ⁻ + β σ₋, and s.
-    pub(super) weights: Vec<[f64; 2]>,
-    pub(super) begin: Vec<f64>,
+    pub(crate) weights: Vec<[f64; 2]>,
+    pub(crate) begin: Vec<f64>,
     /// Second derivatives at the end of the step, at (q, v⁻, s) and at (q, w, ν).
-    pub(super) step_blocks: Vec<f64>,
-    pub(super) momentum_blocks: Vec<f64>,
-    pub(super) projection_blocks: Vec<f64>,
+    pub(crate) step_blocks: Vec<f64>,
+    pub(crate) momentum_blocks: Vec<f64>,
+    pub(crate) projection_blocks: Vec<f64>,
 }
 
 /// One restart.
@@ -54,7 +58,7 @@ impl Restarts {
     }
 
     /// True if both restart at the same nodes in the same way.
-    pub(super) fn are_alike(&self, other: &Restarts) -> bool {
+    pub(crate) fn are_alike(&self, other: &Restarts) -> bool {
         self.nodes == other.nodes && self.projected == other.projected && self.weights == other.weights
     }
 

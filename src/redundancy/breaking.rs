@@ -25,7 +25,7 @@ struct Combination {
 }
 
 /// The design variables that break the dependence z. `linearisation` has factors of K(0) with the compliances of all loops; `masses` is the diagonal of M.
-pub(super) fn designs(
+pub(crate) fn designs(
     system: &System,
     linearisation: &mut Linearisation,
     at: &NodeView<f64>,

@@ -1,55 +1,27 @@
-//! The assembly of a start: from a guess q̂, v̂ and held coordinates and velocities to q₀ = q̂ + w and v₀ that satisfy all constraints.
-//!
-//! ```text
-//!   𝓛_v(q₀, w, ν) − 𝓛_v(q₀, 0, 0) + E κ = 0      Φ(q₀, t₀) = 0             Eᵀ w = 0
-//!   𝓛_v(q₀, v₀, μ) − 𝓛_v(q₀, v̂, 0) + E κ = 0     dΦ/dt(q₀, v₀, t₀) = 0     Eᵀ (v₀ − v̂) = 0
-//! ```
-//!
-//! E selects held coordinates. Without it w and v₀ − v̂ are the smallest changes in the metric of M. Newton's method solves both systems; its matrix
-//! is K(0) = [𝓛_vv Φ_qᵀ; Φ_q 0] bordered by E and, for w, a term that grows with w ([`Tangent`]). Far from the guess, other steps lead to a point
-//! from which it converges (`far.rs`). Constraints that depend on each other get a small compliance in K(0), not in the equations.
-//! `adjoint/assembly.rs` differentiates the solution, and `adjoint/second_order/assembly.rs` differentiates it twice.
+//! [`Assembler`]: the assembly of a start from a guess.
 
-mod bordered;
-mod coordinates;
-mod equations;
-mod far;
-mod tangent;
-
-use bordered::Bordered;
-use equations::{Equations, Unknowns, sum};
-pub(crate) use tangent::{Tangent, Which};
+use super::bordered::Bordered;
+use super::equations::{Equations, Unknowns, sum};
+use super::tangent::Tangent;
+use crate::motion::{Assembly, Compliances, Held, Report, Which, indices};
 
 use nalgebra::DVector;
 
-use crate::forward::rank::Scaled;
-use crate::forward::redundancy;
-use crate::motion::{Compliances, Held, Report};
 use crate::node::Linearisation;
 use crate::number::{Real, larger, largest};
+use crate::redundancy::Scaled;
 use crate::system::{Given, KnownPart, NodeView, Pair};
-use crate::{Coordinate, Error, Start, System};
+use crate::{Error, Start, System, redundancy};
 
-const MOST_CORRECTIONS_OF_START: usize = 50;
+pub(super) const MOST_CORRECTIONS_OF_START: usize = 50;
 /// If K(0) has a compliance, multipliers need more than one correction, even if coordinates do not move.
-const LEAST_CORRECTIONS_OF_START: usize = 3;
+pub(super) const LEAST_CORRECTIONS_OF_START: usize = 3;
 /// A correction below this fraction of the largest number is rounding; if corrections have stopped shrinking, below [`Tangent::stalled`].
-const ROUNDING: f64 = 1e-15;
+pub(super) const ROUNDING: f64 = 1e-15;
 /// Corrections below this are rounding for any size, because their terms begin to underflow.
-const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
+pub(super) const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
 /// If the ratio of a pivot to its terms is below this, constraints may depend on each other.
-const SUSPICIOUS: f64 = 1e-10;
-
-/// An assembled start, with all values that its derivatives need.
-pub(crate) struct Assembly {
-    /// The guess.
-    pub(crate) q: Vec<f64>,
-    pub(crate) v: Vec<f64>,
-    pub(crate) held: Held,
-    /// (w, ν) and (v₀, μ).
-    pub(crate) moved: Pair,
-    pub(crate) velocity: Pair,
-}
+pub(super) const SUSPICIOUS: f64 = 1e-10;
 
 /// System, factors and tolerance for the assembly of a start.
 pub(crate) struct Assembler<'a> {
@@ -58,30 +30,6 @@ pub(crate) struct Assembler<'a> {
     pub(crate) report: &'a mut Report,
     /// Tolerance of Φ, m or rad.
     pub(crate) tolerance: f64,
-}
-
-impl Assembly {
-    /// The points at which the equations for w or v₀ are linearised: (q₀, w, ν) and (q₀, 0, 0), or (q₀, v₀, μ) and (q₀, v̂, 0).
-    pub(crate) fn points<'a>(
-        &'a self,
-        which: Which,
-        (q, zeros): (&'a [f64], &'a Pair),
-        given: Given<'a>,
-    ) -> [NodeView<'a, f64>; 2] {
-        let (moved, from) = match which {
-            Which::Coordinates => (&self.moved, &zeros.v),
-            Which::Velocities => (&self.velocity, &self.v),
-        };
-        [given.at(q, &moved.v, &moved.sigma), given.at(q, from, &zeros.sigma)]
-    }
-
-    /// Numbers of the held coordinates or velocities.
-    pub(crate) fn held(&self, which: Which) -> Vec<usize> {
-        match which {
-            Which::Coordinates => indices(&self.held.coordinates),
-            Which::Velocities => indices(&self.held.velocities),
-        }
-    }
 }
 
 impl Assembler<'_> {
@@ -163,14 +111,14 @@ impl Assembler<'_> {
     }
 
     /// 𝓛_v, evaluated by the programs.
-    fn l_v(&mut self, at: &NodeView<f64>) -> Vec<f64> {
+    pub(super) fn l_v(&mut self, at: &NodeView<f64>) -> Vec<f64> {
         let mut l_v = vec![0.0; self.system.n()];
         self.linearisation.l_v(self.system, at, &mut l_v, self.report);
         l_v
     }
 
     /// Writes the residual of one of the systems, without E κ, by the programs. `from` is 𝓛_v at the unmoved point.
-    fn residual(&mut self, (which, from): (Which, &[f64]), at: &NodeView<f64>, left: &mut Unknowns<f64>) {
+    pub(super) fn residual(&mut self, (which, from): (Which, &[f64]), at: &NodeView<f64>, left: &mut Unknowns<f64>) {
         let mut pair = Pair::new(at.v.len(), at.sigma.len());
         self.linearisation.l_v_and_phi_dot(self.system, at, &mut pair, self.report);
         left.x.iter_mut().zip(pair.v.iter().zip(from)).for_each(|(left, (l_v, from))| *left = l_v - from);
@@ -184,7 +132,7 @@ impl Assembler<'_> {
     }
 
     /// Factors K(0) at a point with additional inertia. Without given compliances, dependent constraints get default ones.
-    fn factor(
+    pub(super) fn factor(
         &mut self,
         at: &NodeView<f64>,
         held: &[usize],
@@ -259,10 +207,4 @@ pub(crate) fn factor_state(
         let cause = system.find_not_finite(at, node).or_else(|| Scaled::at(system, at)?.explain(system, at));
         cause.unwrap_or_else(|| system.singular_step(&breakdown, node, at.t))
     })
-}
-
-/// The numbers of coordinates, each once.
-pub(crate) fn indices(coordinates: &[Coordinate]) -> Vec<usize> {
-    let all = coordinates.iter().enumerate();
-    all.filter(|(k, q)| !coordinates[..*k].contains(q)).map(|(_, q)| q.index()).collect()
 }

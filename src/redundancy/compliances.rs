@@ -12,30 +12,30 @@
 //! are at most 1e-10 of a joint's own flexibility and have no other visible effect as long as positions drift alike; otherwise see
 //! `forward/selection.rs`. Scenes with independent constraints have no compliances.
 
-use super::rank;
 use crate::motion::Compliances;
 use crate::node::Linearisation;
+use crate::redundancy::rank;
 use crate::system::{Covector, ElementKind, Entry, NodeView, Pair, StateRows};
 use crate::{Error, System, Warning};
 
 /// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below the accuracy required of a motion.
-pub(super) const COMPLIANCE: f64 = 1e-11;
+pub(crate) const COMPLIANCE: f64 = 1e-11;
 /// Constraints are dependent if their softest combination is about as soft as its compliance.
 const SOFT: f64 = 0.1;
 /// Largest gap of a compliance relative to the largest velocity; a larger one means that constraints contradict each other.
-pub(super) const CONTRADICTION: f64 = 1e-6;
+pub(crate) const CONTRADICTION: f64 = 1e-6;
 
 /// Results of `relax` at a start, for further motions from there: an optimiser only changes the controls.
 pub(crate) struct Relaxed {
-    pub(super) q: Vec<f64>,
-    pub(super) design: Vec<f64>,
-    pub(super) time: f64,
-    pub(super) shared: Vec<(usize, f64)>,
-    pub(super) compliance: Vec<(usize, f64)>,
-    pub(super) warnings: Vec<Warning>,
+    pub(crate) q: Vec<f64>,
+    pub(crate) design: Vec<f64>,
+    pub(crate) time: f64,
+    pub(crate) shared: Vec<(usize, f64)>,
+    pub(crate) compliance: Vec<(usize, f64)>,
+    pub(crate) warnings: Vec<Warning>,
 }
 
-pub(super) fn of_loops(system: &System, flexibility: &[f64]) -> Vec<(usize, f64)> {
+pub(crate) fn of_loops(system: &System, flexibility: &[f64]) -> Vec<(usize, f64)> {
     system.loop_equations().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect()
 }
 
@@ -45,7 +45,7 @@ pub(crate) fn root_flexibility(compliance: f64) -> f64 {
 }
 
 /// The compliances of the equations that close loops, at the point of the last evaluation.
-pub(super) fn compliances(linearisation: &Linearisation, system: &System, at: &NodeView<f64>) -> Vec<(usize, f64)> {
+pub(crate) fn compliances(linearisation: &Linearisation, system: &System, at: &NodeView<f64>) -> Vec<(usize, f64)> {
     of_loops(system, &flexibilities(system, at, &apparent_masses(linearisation, system, at)))
 }
 
@@ -88,7 +88,7 @@ pub(crate) fn flexibilities(system: &System, at: &NodeView<f64>, masses: &[f64])
 
 /// Shares of equations in the softest combination of constraints, the largest being 1, by inverse iteration with the current factors of K(0); `None`
 /// if this combination is not soft.
-pub(super) fn softest(linearisation: &mut Linearisation, system: &System, roots: &[f64]) -> Option<Vec<f64>> {
+pub(crate) fn softest(linearisation: &mut Linearisation, system: &System, roots: &[f64]) -> Option<Vec<f64>> {
     let mut x = Pair::new(system.n(), system.m());
     // An arbitrary combination of all constraints.
     let mut shares: Vec<f64> = (0..system.m()).map(|j| 1.0 + 0.3 * (j as f64).sin()).collect();
@@ -105,7 +105,7 @@ pub(super) fn softest(linearisation: &mut Linearisation, system: &System, roots:
 }
 
 /// Returns an error if dependent equations have gaps μ σ above the tolerance and a fraction of a size, so that they cannot be satisfied together.
-pub(super) fn refuse_gaps(
+pub(crate) fn refuse_gaps(
     system: &System,
     at: &NodeView<f64>,
     (compliances, sigma): (&Compliances, impl Fn(usize) -> f64),
