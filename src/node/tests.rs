@@ -17,7 +17,7 @@ fn step_and_adjoint<F: Factorization>(system: &System, q: &[f64]) -> Vec<f64> {
     let mut newton = Newton::<F>::new(system);
     let mut report = Report::default();
     let start = NodeView::of_equations([q, &zeros[..n], &zeros[..m]], (&u, 0.0, &[]));
-    newton.evaluation.set_start(system, &start).expect("finite constants");
+    newton.linearisation.evaluation.set_start(system, &start).expect("finite constants");
     let [mut end, mut v, mut sigma, mut rate] = [n, n, m, n].map(|len| vec![0.0; len]);
     let mut y = Unknowns { q: &mut end, v: &mut v, sigma: &mut sigma, p_star_dot: &mut rate };
     let from = KnownPart { h: H, q, p_star: &zeros[..n], sigma: &zeros[..m] };
@@ -25,9 +25,9 @@ fn step_and_adjoint<F: Factorization>(system: &System, q: &[f64]) -> Vec<f64> {
     let solved = newton.solve_step(system, &from, given, &mut y, &Settings::default(), &mut report);
     assert!(solved.is_ok(), "no solution of the step");
 
-    let blocks = newton.evaluation.blocks.clone();
+    let blocks = newton.linearisation.evaluation.blocks.clone();
     let mut x: Vec<f64> = (0..n + m).map(|k| 1.0 + k as f64).collect();
-    newton.factor_and_solve_transposed(system, H, &blocks, &mut x, &mut report).expect("regular");
+    newton.linearisation.factor_and_solve_transposed(system, H, &blocks, &mut x, &mut report).expect("regular");
     [end, v, sigma, x].concat()
 }
 

@@ -17,7 +17,7 @@ pub use complex::Cx;
 pub(crate) use exp::exp_lanes;
 pub(crate) use fingerprint::Fingerprint;
 pub use hyper::Hyper;
-pub(crate) use hyper::{hyper, hyper_parts};
+pub(crate) use hyper::{Slope, hyper, hyper_parts, slope, with_slope};
 pub(crate) use lanes::{
     add, add_dot, all_finite, by_fours, copy_singly, dot, larger, largest, minus_product, plus_product, singly, take, total,
 };

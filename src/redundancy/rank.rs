@@ -252,7 +252,7 @@ fn decomposition(mut matrix: DMatrix<f64>) -> Option<SVD<f64, Dyn, Dyn>> {
 
 #[cfg(test)]
 mod tests {
-    use crate::forward::*;
+    use super::*;
 
     /// Φ̂ of a parallelogram with three cranks of 1e154 m.
     #[test]

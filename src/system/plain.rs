@@ -1,7 +1,7 @@
 //! The plain formulas of elements and costs, evaluated on any number type.
 //!
-//! Dual numbers, and the real numbers of elements, are represented by hyper-dual numbers, which accelerations need in any case. So every formula is
-//! compiled for fewer number types.
+//! Real and dual numbers are represented by [`Slope`]s for elements, and dual numbers by hyper-dual numbers for costs, which other parts of the library need
+//! in any case. So every formula is compiled for fewer number types.
 
 use nalgebra::DMatrix;
 use num_dual::Dual64;
@@ -10,17 +10,17 @@ use super::cost::{CostFactors, Costs, Weights};
 use super::formula::{
     AnyCost, AnyElement, Batch, ElementKind, NodeValues, NodeView, OnNumbers, PlacedElement, Sums, Values,
 };
-use crate::number::{Family, Hyper, Real, hyper, hyper_parts};
+use crate::number::{Family, Hyper, Real, Slope, hyper, hyper_parts, slope, with_slope};
 use crate::program::Symbol;
-use crate::{Cx, System};
+use crate::{Cx, Scalar, System};
 
-/// A formula for one number type: evaluated with this type, or with hyper-dual numbers that contain it.
-enum Plain<Direct, ByHyper> {
+/// A formula for one number type: evaluated with this type, or with numbers that contain it.
+enum Plain<Direct, Lifted> {
     Direct(Direct),
-    ByHyper(ByHyper),
+    Lifted(Lifted),
 }
 
-type OfElements<'a, R> = Plain<&'a dyn OnNumbers<R>, &'a dyn OnNumbers<Hyper>>;
+type OfElements<'a, R> = Plain<&'a dyn OnNumbers<R>, &'a dyn OnNumbers<Slope>>;
 type OfCosts<'a, R> = Plain<&'a dyn Values<R>, &'a dyn Values<Hyper>>;
 
 struct OfElement<'a>(&'a dyn AnyElement);
@@ -29,13 +29,13 @@ impl<'a> Family for OfElement<'a> {
     type Of<R: Real> = OfElements<'a, R>;
 
     fn real(self) -> OfElements<'a, f64> {
-        Plain::ByHyper(self.0)
+        Plain::Lifted(self.0)
     }
     fn complex(self) -> OfElements<'a, Cx> {
         Plain::Direct(self.0)
     }
     fn dual(self) -> OfElements<'a, Dual64> {
-        Plain::ByHyper(self.0)
+        Plain::Lifted(self.0)
     }
     fn hyper(self) -> OfElements<'a, Hyper> {
         Plain::Direct(self.0)
@@ -54,7 +54,7 @@ impl<'a> Family for OfCost<'a> {
         Plain::Direct(self.0)
     }
     fn dual(self) -> OfCosts<'a, Dual64> {
-        Plain::ByHyper(self.0)
+        Plain::Lifted(self.0)
     }
     fn hyper(self) -> OfCosts<'a, Hyper> {
         Plain::Direct(self.0)
@@ -77,7 +77,7 @@ pub(super) fn add_costs<R: Real>(
         }
         let value = match R::of(OfCost(&*item.of.formula)) {
             Plain::Direct(cost) => item.value(cost, at),
-            Plain::ByHyper(cost) => {
+            Plain::Lifted(cost) => {
                 let point = lifted.get_or_insert_with(|| NodeValues::of_costs(at, lift));
                 lower(item.value(cost, &point.view()))
             }
@@ -99,34 +99,46 @@ fn lower<R: Real>(x: Hyper) -> R {
     lowered
 }
 
+fn lift_to_slope<R: Real>(x: R) -> Slope {
+    with_slope(x.part(0), if R::PARTS > 1 { x.part(1) } else { 0.0 })
+}
+
+fn lower_slope<R: Real>(x: &Slope) -> R {
+    let mut lowered = R::from(Scalar::re(x));
+    if R::PARTS > 1 {
+        lowered.add_to_part(1, slope(x));
+    }
+    lowered
+}
+
 /// Adds the contributions of all elements of some batches to 𝓛_v, 𝓛_q + Q and dΦ/dt.
 pub(super) fn add_sums<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, sums: &mut Sums<R>) {
-    let mut lifted: Option<(NodeValues<Hyper>, Sums<Hyper>)> = None;
+    let mut lifted: Option<(NodeValues<Slope>, Sums<Slope>)> = None;
     for item in batches.flat_map(|batch| &batch.items) {
         match R::of(OfElement(&*item.formula)) {
             Plain::Direct(formula) => item.add(formula, at, sums),
-            Plain::ByHyper(formula) => {
-                let start = || (NodeValues::of_equations(at, lift), Sums::new(at.q.len(), at.sigma.len()));
+            Plain::Lifted(formula) => {
+                let start = || (NodeValues::of_equations(at, lift_to_slope), Sums::new(at.q.len(), at.sigma.len()));
                 let (point, own) = lifted.get_or_insert_with(start);
                 item.add(formula, &point.view(), own);
             }
         }
     }
     if let Some((_, own)) = lifted {
-        sums.all.iter_mut().zip(own.all).for_each(|(sum, own)| *sum += lower::<R>(own));
+        sums.all.iter_mut().zip(&own.all).for_each(|(sum, own)| *sum += lower_slope::<R>(own));
     }
 }
 
 /// Writes Φ of all constraints.
 pub(super) fn write_phi<'a, R: Real>(batches: impl Iterator<Item = &'a Batch>, at: &NodeView<R>, phi: &mut [R]) {
-    let mut lifted: Option<NodeValues<Hyper>> = None;
+    let mut lifted: Option<NodeValues<Slope>> = None;
     let is_constraint = |item: &&PlacedElement| !item.to.sigma.is_empty();
     for item in batches.flat_map(|batch| &batch.items).filter(is_constraint) {
         match R::of(OfElement(&*item.formula)) {
             Plain::Direct(formula) => item.write_phi(formula, at, |j, x| phi[j] = x),
-            Plain::ByHyper(formula) => {
-                let point = lifted.get_or_insert_with(|| NodeValues::of_equations(at, lift));
-                item.write_phi(formula, &point.view(), |j, x| phi[j] = lower(x));
+            Plain::Lifted(formula) => {
+                let point = lifted.get_or_insert_with(|| NodeValues::of_equations(at, lift_to_slope));
+                item.write_phi(formula, &point.view(), |j, x| phi[j] = lower_slope(&x));
             }
         }
     }

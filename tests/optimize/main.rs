@@ -855,7 +855,7 @@ fn parameters_are_found_within_their_standard_errors() {
     assert_says(&wrong(&free[..2]), &["variables of a trial", "3", "2"]);
     assert_says(&wrong(&[second.clone(), first.clone(), third.clone()]), &["variable 0 of trial 1", "same quantity"]);
     assert_says(&wrong(&[first.clone(), second.clone(), third.clone().scaled(7.0)]), &["variable 2 of trial 1", "7"]);
-    assert_says(&wrong(&[first, second, Free { logarithm: false, ..third }]), &["variable 2 of trial 1", "same form"]);
+    assert_says(&wrong(&[first, second, Free { logarithm: false, ..third }]), &["variable 2 of trial 1", "scale and form"]);
 }
 
 #[test]

@@ -1,78 +1,70 @@
 //! Generalized forces Q(q, v, u, t) and their tangents Q_q, Q_v.
 
-use super::differentiated::Component;
+use nalgebra::SVector;
+use num_dual::DualSVec64;
+
+use super::jet::{FirstDerivatives, Jet, Local};
 use super::kind::{ElementKind, Number};
-use super::on_numbers::{AnyElement, OnNumbers, Read, SEEDS, Values, Wide, seeded, with_lists, with_memory};
-use super::shape::{Shape, Slot};
-use crate::Scalar;
-use crate::model::element::{ListForce, ListForcePoint};
+use super::typed::{each, vector};
+use crate::model::element::ForcePoint;
+use crate::{Force, Scalar};
 
-/// An applied force on n coordinates with k controls and p constants: adds Q to the right-hand side of Eq. (1b).
-pub struct Applied<E> {
-    pub force: E,
-    pub n: usize,
-    pub k: usize,
-    pub p: usize,
-}
+/// An applied force: adds Q to the right-hand side of Eq. (1b).
+pub struct Applied<E>(pub E);
 
-impl<E: ListForce, S: Scalar> Values<S> for Applied<E> {
-    fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
-        let lists: [(fn(usize) -> Slot, usize); 4] =
-            [(Slot::Q, self.n), (Slot::V, self.n), (Slot::U, self.k), (Slot::B, self.p)];
-        with_lists(read, lists, &mut |[q, v, u, b]| {
-            with_memory(self.n, &mut |force: &mut [S]| {
-                self.force.force(&ListForcePoint { q, v, u, t: read(Slot::T) }, b, force);
-                force.iter().for_each(|component| put(*component));
-            });
-        });
+impl<E> Applied<E> {
+    fn force<S: Scalar, const N: usize, const K: usize, const P: usize>(
+        &self,
+        q: SVector<S, N>,
+        v: SVector<S, N>,
+        at: &Local<f64, N, 0, K>,
+        b: &SVector<f64, P>,
+    ) -> SVector<S, N>
+    where
+        E: Force<N, K, P>,
+    {
+        self.0.force(&ForcePoint { q, v, u: each(&at.u, S::from), t: S::from(at.t) }, &each(b, S::from))
     }
 }
 
-impl<E: ListForce, R: Number> OnNumbers<R> for Applied<E> {
-    fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
-        let mut components = (0..).map(Component::Force);
-        self.values(read, &mut |x| components.next().into_iter().for_each(|of| add(of, x)));
+impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0, K, P> for Applied<E> {
+    const KIND: ElementKind = ElementKind::Applied;
+
+    fn first<R: Number>(&self, at: &Local<R, N, 0, K>, b: &SVector<R, P>) -> FirstDerivatives<R, N, 0> {
+        let force = self.0.force(&ForcePoint { q: at.q, v: at.v, u: at.u, t: at.t }, b);
+        FirstDerivatives { force, ..FirstDerivatives::zero() }
+    }
+
+    fn values<S: Scalar>(&self, at: &Local<S, N, 0, K>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
+        let force = self.0.force(&ForcePoint { q: at.q, v: at.v, u: at.u, t: at.t }, b);
+        force.iter().for_each(|component| put(*component));
+    }
+
+    fn blocks(
+        &self,
+        at: &Local<f64, N, 0, K>,
+        b: &SVector<f64, P>,
+        first: &mut FirstDerivatives<f64, N, 0>,
+        blocks: &mut [f64],
+    ) {
+        blocks.fill(0.0);
+        let (q_v, q_q) = blocks.split_at_mut(N * N);
+        put(&self.force(each(&at.q, From::from), seeded(&at.v), at, b), q_v);
+        first.force += put(&self.force(seeded(&at.q), each(&at.v, From::from), at, b), q_q);
     }
 }
 
-impl<E: ListForce> AnyElement for Applied<E> {
-    fn kind(&self) -> ElementKind {
-        ElementKind::Applied
-    }
-
-    fn shape(&self) -> Shape {
-        Shape { n: self.n, m: 0, k: self.k, p: self.p }
-    }
-
-    fn blocks(&self, read: Read<f64>, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
-        tangents(self, self.n, read, add, blocks);
-    }
+/// The vector x as dual numbers, each component seeded with its own derivative.
+fn seeded<const N: usize>(x: &SVector<f64, N>) -> SVector<DualSVec64<N>, N> {
+    vector(|i| DualSVec64::from_re(x[i]).derivative(i))
 }
 
-/// Adds Q, and writes Q_v and Q_q by rows, a few columns at a time: first derivatives alone, and the only ones of forces that branch.
-fn tangents(
-    formula: &dyn Values<Wide<f64>>,
-    n: usize,
-    read: Read<f64>,
-    add: &mut dyn FnMut(Component, f64),
-    blocks: &mut [f64],
-) {
-    blocks.fill(0.0);
-    let slot = |column: usize| if column < n { Slot::V(column) } else { Slot::Q(column - n) };
-    for first in (0..2 * n).step_by(SEEDS) {
-        let columns = || (first..2 * n).take(SEEDS);
-        let mut row = 0;
-        let seeded = |of| seeded(Wide::from_re(read(of)), columns().position(|column| slot(column) == of));
-        formula.values(&seeded, &mut |force| {
-            if first == 0 {
-                add(Component::Force(row), force.re);
-            }
-            if let Some(slopes) = force.eps.0 {
-                for (column, slope) in columns().zip(&slopes) {
-                    blocks[column / n * n * n + row * n + column % n] = *slope;
-                }
-            }
-            row += 1;
-        });
+/// Writes the gradients row by row and returns the values.
+fn put<const N: usize>(force: &SVector<DualSVec64<N>, N>, rows: &mut [f64]) -> SVector<f64, N> {
+    for (i, component) in force.iter().enumerate() {
+        if let Some(gradient) = component.eps.0 {
+            rows[i * N..][..N].copy_from_slice(gradient.as_slice());
+        }
     }
+    each(force, |component| component.re)
 }

@@ -1,15 +1,14 @@
-//! An element behind a trait that hides its type, and the memory in which a formula finds its arguments.
+//! An element behind a trait that hides its type, and the memory in which formulas of lists find their arguments.
 //!
-//! Formulas are instantiated for few number types: values, recording, and numbers that carry [`SEEDS`] derivatives at once. All derivatives are assembled
-//! from these by code that is compiled once, not for each type of element.
+//! Formulas of fixed lengths carry all derivatives of an element at once (`typed.rs`). For formulas of lists these lengths are unknown to the compiler:
+//! their numbers carry [`SEEDS`] derivatives at once, and an element is evaluated several times.
 
-use nalgebra::SVector;
 use num_dual::DualSVec;
 
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
 use super::shape::{Shape, Slot};
-use crate::number::{Fingerprint, Hyper, hyper, hyper_parts};
+use crate::number::{Fingerprint, Hyper, Slope, hyper, hyper_parts};
 use crate::program::Symbol;
 use crate::{Cx, Scalar};
 
@@ -41,7 +40,7 @@ pub trait Recordable: Values<f64> + Values<Symbol> + Values<Fingerprint> + Send 
 impl<F: Values<f64> + Values<Symbol> + Values<Fingerprint> + Send + Sync + ?Sized> Recordable for F {}
 
 /// An element whose type is hidden.
-pub trait AnyElement: OnNumbers<Cx> + OnNumbers<Hyper> + Recordable {
+pub trait AnyElement: OnNumbers<Cx> + OnNumbers<Slope> + OnNumbers<Hyper> + Recordable {
     fn kind(&self) -> ElementKind;
 
     fn shape(&self) -> Shape;
@@ -49,9 +48,7 @@ pub trait AnyElement: OnNumbers<Cx> + OnNumbers<Hyper> + Recordable {
     /// Adds first derivatives, and writes the second ones to `blocks`.
     ///
     /// Order: vv, vq, qq (kinetic); qq (potential); Q_v, Q_q (applied); σᵀΦ_qq, σᵀ(dΦ/dt)_qq, Φ_q, (dΦ/dt)_q (holonomic), each by rows.
-    fn blocks(&self, read: Read<f64>, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
-        by_columns(self, read, add, blocks);
-    }
+    fn blocks(&self, read: Read<f64>, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]);
 }
 
 /// The derivatives of a single value with respect to the arguments `of(0)`, …, `of(count − 1)`.
@@ -77,7 +74,7 @@ pub fn seeded<R: Number>(x: Wide<R>, which: Option<usize>) -> Wide<R> {
 }
 
 /// The blocks one coordinate after the other: along the coordinate by one direction of hyper-dual numbers, along its velocity by the other.
-fn by_columns(
+pub fn by_columns(
     element: &(impl AnyElement + ?Sized),
     read: Read<f64>,
     add: &mut dyn FnMut(Component, f64),
@@ -150,9 +147,4 @@ pub fn with_memory<S: Scalar>(len: usize, f: &mut dyn FnMut(&mut [S])) {
         17..=32 => f(&mut [S::zero(); 32][..len]),
         _ => f(&mut vec![S::zero(); len]),
     }
-}
-
-/// The list as a vector of fixed length.
-pub fn vector<S: Scalar, const L: usize>(x: &[S]) -> SVector<S, L> {
-    SVector::from_fn(|i, _| x[i])
 }

@@ -13,7 +13,7 @@ use super::shape::Slot;
 use super::vectors::{Covector, Entry, InputRows, Sums};
 use super::view::NodeView;
 use crate::Scalar;
-use crate::number::{Hyper, hyper, hyper_parts};
+use crate::number::{Hyper, Slope, hyper, hyper_parts, slope, with_slope};
 
 /// An element and the arguments it is connected to.
 pub type PlacedElement = Placed<dyn AnyElement>;
@@ -81,8 +81,8 @@ impl PlacedElement {
     pub fn find_not_finite(&self, at: &NodeView<f64>) -> Option<Vec<Argument>> {
         let undefined = self.to_blame(at, |read| {
             let mut is_fine = true;
-            let read = |slot| hyper(read(slot), 0.0, 0.0, 0.0);
-            OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |_, x| is_fine &= x.re().is_finite());
+            let read = |slot| with_slope(read(slot), 0.0);
+            OnNumbers::<Slope>::first(&*self.formula, &read, &mut |_, x| is_fine &= x.re().is_finite());
             is_fine
         });
         undefined.or_else(|| self.find_infinite_derivatives(at))
@@ -119,14 +119,14 @@ impl PlacedElement {
 /// Derivatives with respect to one argument.
 impl PlacedElement {
     /// An argument, with derivative 1 if it is `seed`.
-    fn seeded(&self, at: &NodeView<f64>, seed: Slot, slot: Slot) -> Hyper {
-        hyper(self.to.read(at, slot), f64::from(slot == seed), 0.0, 0.0)
+    fn seeded(&self, at: &NodeView<f64>, seed: Slot, slot: Slot) -> Slope {
+        with_slope(self.to.read(at, slot), f64::from(slot == seed))
     }
 
     /// The derivatives of 𝓛_v, 𝓛_q + Q and dΦ/dt with respect to one argument.
     fn differentiate(&self, at: &NodeView<f64>, seed: Slot, put: &mut dyn FnMut(Component, f64)) {
         let read = |slot| self.seeded(at, seed, slot);
-        OnNumbers::<Hyper>::first(&*self.formula, &read, &mut |of, x| put(of, hyper_parts(&x)[1]));
+        OnNumbers::<Slope>::first(&*self.formula, &read, &mut |of, x| put(of, slope(&x)));
     }
 
     /// The derivative of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to one argument.
@@ -208,7 +208,7 @@ impl PlacedElement {
 
     fn differentiate_phi(&self, at: &NodeView<f64>, seed: Slot, put: &mut dyn FnMut(usize, f64)) {
         let read = |slot| self.seeded(at, seed, slot);
-        OnNumbers::<Hyper>::phi(&*self.formula, &read, &mut |j, x| put(j, hyper_parts(&x)[1]));
+        OnNumbers::<Slope>::phi(&*self.formula, &read, &mut |j, x| put(j, slope(&x)));
     }
 
     /// Appends Φ_q of the element, in the scene's numbering, column by column.
