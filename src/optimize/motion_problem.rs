@@ -86,11 +86,6 @@ impl<'s> MotionProblem<'s> {
         inputs
     }
 
-    /// Warnings of the motion.
-    pub(super) fn motion_warnings(&self) -> impl Iterator<Item = Warning> {
-        self.solver.report().warnings.iter().cloned()
-    }
-
     /// Changes the inputs at [`start`](Self::start), such as the lengths of steps, but not their number.
     ///
     /// # Errors
@@ -181,7 +176,7 @@ impl Problem for MotionProblem<'_> {
     fn warnings(&self) -> Vec<Warning> {
         let is_asked =
             self.solver.system().sums(0).next().is_some() || self.constraints.iter().any(|of| *of != Interval::FREE);
-        self.motion_warnings().chain((!is_asked).then_some(Warning::NothingAsked)).collect()
+        self.solver.report().warnings.iter().cloned().chain((!is_asked).then_some(Warning::NothingAsked)).collect()
     }
 
     fn variables(&self) -> usize {

@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use super::motion_problem::MotionProblem;
 use super::problem::{Interval, Problem};
 use super::sizes::Sizes;
-use crate::{Error, Warning};
+use crate::{Error, Report, Warning};
 
 /// A problem made of several motions: the sum of their costs, and all their outputs in sequence. Use it for trials of one experiment with
 /// different starts, forces or durations.
@@ -89,7 +89,8 @@ impl Problem for Trials<'_> {
     }
 
     fn warnings(&self) -> Vec<Warning> {
-        self.motions.iter().flat_map(Problem::warnings).collect()
+        Report::of_all(self.motions.iter().map(|motion| Report { warnings: motion.warnings(), ..Report::default() }))
+            .warnings
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {

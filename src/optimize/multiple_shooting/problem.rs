@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::super::problem::{Interval, Problem};
 use super::super::segment::Segment;
 use super::MultipleShooting;
-use crate::{Error, Warning};
+use crate::{Error, Report, Warning};
 
 impl Problem for MultipleShooting<'_> {
     fn variables(&self) -> usize {
@@ -35,7 +35,7 @@ impl Problem for MultipleShooting<'_> {
     }
 
     fn warnings(&self) -> Vec<Warning> {
-        self.segments.iter().flat_map(|segment| segment.motion.motion_warnings()).collect()
+        Report::of_all(self.segments.iter().map(|segment| segment.motion.solver.report().clone())).warnings
     }
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {

@@ -1,7 +1,9 @@
 //! Formulas that lose derivatives, each by one argument, and many that read values and lose none.
 
 use hamiltonian_adjoint::check::{self, Random};
-use hamiltonian_adjoint::optimize::{Free, MotionProblem, Problem, Variables};
+use hamiltonian_adjoint::optimize::{
+    Free, MotionProblem, MultipleShooting, Options, Problem, Trials, Variables, interior_point, silent,
+};
 use hamiltonian_adjoint::{
     Constraint, Cost, CostPoint, Cx, Error, Force, ForcePoint, Grid, Inputs, KineticEnergy, LiftedSolver, LongSolver, Param,
     ParameterFormula, PotentialEnergy, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System, Warning, gradient,
@@ -369,6 +371,39 @@ fn whatever_computes_a_motion_names_what_its_formulas_lose() {
     let start = problem.start();
     problem.evaluate(&start, &mut []).expect("a motion");
     assert!(is_expected(named(&problem.warnings(), 1)));
+}
+
+/// However many segments or trials a formula loses a derivative in.
+#[test]
+fn segments_and_trials_name_a_loss_once() {
+    let tree = Tree::Reading(2, Box::new(Tree::Argument(0)), Box::new(Tree::Argument(1)));
+    let loss = Some(Loss { argument: 1, form: Form::Table, start: 0.0, flat: 0.05 });
+    let mut scene = Scene::new();
+    let q = scene.coordinates("a", ["x", "y"]);
+    q.iter().zip(["mass x", "mass y"]).for_each(|(q, name)| scene.kinetic_energy(name, Mass, [*q], []));
+    let (u, b) = (scene.control("u"), scene.design("b", 0.7));
+    scene.force("force", Formula { tree, slopes: Slopes(1), loss }, q, [u], [b.into()]);
+    scene.effort("effort", u, 1.0);
+    let states = q.map(|q| scene.end_state(q));
+    let system = scene.compile().expect("a scene");
+    let (inputs, settings) = (inputs(&system, 40, [0.4, -0.3, 0.2, -0.1]), Settings::default());
+    let expected = vec![("force".to_string(), "`a.y`".to_string())];
+    let free = || vec![Free::control(u)];
+    let mut whole = MultipleShooting::new(&system, settings, inputs.clone(), free(), &states, 4).expect("segments");
+    whole.guess(|_, q, v| (q[0], q[1], v[0]) = (0.4, -0.3, 0.2)).expect("a guess");
+    let start = whole.start();
+    let few = Options { iterations: 2, ..Options::default() };
+    let best = interior_point(&mut whole, &start, &few, &mut silent).expect("a problem");
+    assert!(whole.segments().all(|segment| named(&segment.warnings(), 1) == expected), "all segments meet it");
+    assert_eq!([named(&whole.warnings(), 1), named(&best.warnings, 1)], [expected.clone(), expected.clone()]);
+    let motion = || {
+        let variables = Variables::new(&system, &inputs, free()).expect("a variable");
+        MotionProblem::new(&system, settings, inputs.clone(), variables).expect("a problem")
+    };
+    let mut trials = Trials::new(vec![motion(), motion()]).expect("trials");
+    let mut c = vec![0.0; trials.constraints().len()];
+    trials.evaluate(&motion().start(), &mut c).expect("motions");
+    assert_eq!(named(&trials.warnings(), 1), expected);
 }
 
 /// A force that branches or does not, and counts how often it is recorded.
