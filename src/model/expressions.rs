@@ -1,30 +1,42 @@
-//! The expressions of the scenes under construction, one graph per scene.
+//! The expressions of the existing scenes, one graph for each scene and its clones.
 //!
 //! Design variables and parameters are copied like numbers and hold no reference to their scene, so that `m * l * l / 12.0` can be written. Each
-//! operation is recorded here, under the number of the scene, until the scene is compiled or dropped. Input `p` of a graph is design variable `p`.
+//! operation is recorded here, under the numbers of the scene, as long as scenes or systems with these numbers exist. Input `p` of a graph is design
+//! variable `p`.
 
 use std::collections::BTreeMap;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::program::Graph;
 
-static GRAPHS: Mutex<BTreeMap<u64, Graph>> = Mutex::new(BTreeMap::new());
+/// For every number, the numbers of its scene up to this one, ascending, and, for the first number of a scene, the graph.
+static NOTES: Mutex<BTreeMap<u64, (Vec<u64>, Graph)>> = Mutex::new(BTreeMap::new());
 
-fn graphs() -> MutexGuard<'static, BTreeMap<u64, Graph>> {
+fn notes() -> MutexGuard<'static, BTreeMap<u64, (Vec<u64>, Graph)>> {
     // Every operation leaves its graph consistent, so a poisoned lock may still be used.
-    GRAPHS.lock().unwrap_or_else(PoisonError::into_inner)
+    NOTES.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-pub(super) fn begin(scene: u64) {
-    graphs().insert(scene, Graph::default());
+/// Records a new number of a scene, the last one of these.
+pub(super) fn begin(numbers: &[u64]) {
+    notes().insert(numbers[numbers.len() - 1], (numbers.to_vec(), Graph::default()));
 }
 
-/// Applies `work` to the graph of a scene; `None` if the scene has been compiled or dropped.
-pub(super) fn with<T>(scene: u64, work: impl FnOnce(&mut Graph) -> T) -> Option<T> {
-    graphs().get_mut(&scene).map(work)
+/// Discards the last one of these numbers.
+pub(super) fn end(numbers: &[u64]) {
+    notes().remove(&numbers[numbers.len() - 1]);
 }
 
-/// Removes and returns the graph of a scene.
-pub(super) fn take(scene: u64) -> Graph {
-    graphs().remove(&scene).unwrap_or_default()
+/// The number of an expression of parts with these numbers; `None` if no scene has all of them.
+pub(super) fn common(mut numbers: impl Iterator<Item = u64> + Clone) -> Option<u64> {
+    let (last, notes) = (numbers.clone().max()?, notes());
+    let (known, _) = notes.get(&last)?;
+    numbers.all(|number| known.contains(&number)).then_some(last)
+}
+
+/// Applies `work` to the graph of a number; `None` if its scenes and systems no longer exist.
+pub(super) fn with<T>(number: u64, work: impl FnOnce(&mut Graph) -> T) -> Option<T> {
+    let mut notes = notes();
+    let first = notes.get(&number)?.0[0];
+    notes.get_mut(&first).map(|(_, graph)| work(graph))
 }

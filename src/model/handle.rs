@@ -1,5 +1,6 @@
 //! Handles to the parts of a scene; each remembers which scene it belongs to.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use super::expressions;
@@ -12,51 +13,64 @@ pub(crate) struct Handle {
     pub(crate) index: usize,
 }
 
-/// Number of a scene, unique within the program. Dropping it discards the recorded expressions of the scene.
+/// The numbers of a scene, each unique within the program; handles carry the last one. A clone has the same numbers until a part is added to one of the two.
+#[derive(Clone, Debug)]
+pub(crate) struct SceneTag(Arc<Numbers>);
+
+/// Numbers shared by a scene, its clones and their systems. Dropping them discards the recorded expressions.
 #[derive(Debug)]
-pub(crate) struct SceneTag(u64);
+struct Numbers {
+    all: Vec<u64>,
+    _before: Option<SceneTag>,
+}
 
 impl Default for SceneTag {
     fn default() -> Self {
-        static NEXT: AtomicU64 = AtomicU64::new(0);
-        let scene = NEXT.fetch_add(1, Ordering::Relaxed);
-        expressions::begin(scene);
-        SceneTag(scene)
+        SceneTag::after(None)
     }
 }
 
 impl SceneTag {
+    fn after(before: Option<SceneTag>) -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(0);
+        let mut all = before.as_ref().map_or(Vec::new(), |before| before.numbers().to_vec());
+        all.push(NEXT.fetch_add(1, Ordering::Relaxed));
+        expressions::begin(&all);
+        SceneTag(Arc::new(Numbers { all, _before: before }))
+    }
+
+    pub(crate) fn numbers(&self) -> &[u64] {
+        &self.0.all
+    }
+
     pub(crate) fn handle(&self, index: usize) -> Handle {
-        Handle { scene: self.0, index }
+        Handle { scene: self.0.all[self.0.all.len() - 1], index }
     }
 
     pub(crate) fn owns(&self, handle: &Handle) -> bool {
-        handle.scene == self.0
+        self.0.all.contains(&handle.scene)
     }
 
-    /// The number of the scene.
-    pub(crate) fn number(&self) -> u64 {
-        self.0
+    /// Takes a new number before a part is added, if others share the present ones.
+    pub(crate) fn begin_part(&mut self) {
+        if Arc::get_mut(&mut self.0).is_none() {
+            *self = SceneTag::after(Some(self.clone()));
+        }
     }
 
-    /// Removes and returns the recorded expressions of the scene; no further ones can be added.
-    pub(crate) fn take_expressions(&self) -> Graph {
-        expressions::take(self.0)
+    /// The recorded expressions of the scene and its clones.
+    pub(crate) fn expressions(&self) -> Graph {
+        expressions::with(self.0.all[0], |graph| graph.clone()).unwrap_or_default()
     }
 }
 
-impl Drop for SceneTag {
+impl Drop for Numbers {
     fn drop(&mut self) {
-        self.take_expressions();
+        expressions::end(&self.all);
     }
 }
 
 impl Handle {
-    /// The handle of part `index` of the scene with the given number.
-    pub(crate) fn of(scene: u64, index: usize) -> Self {
-        Handle { scene, index }
-    }
-
     pub(crate) fn scene(&self) -> u64 {
         self.scene
     }

@@ -203,8 +203,7 @@ impl Param {
             Source::Gravity(_) | Source::Value(_) | Source::Foreign => Err(()),
         });
         let Ok(scenes) = scenes.collect::<Result<Vec<_>, ()>>() else { return foreign };
-        let mut scenes = scenes.into_iter().flatten();
-        let Some(scene) = scenes.next().filter(|first| scenes.all(|other| other == *first)) else { return foreign };
+        let Some(scene) = expressions::common(scenes.into_iter().flatten()) else { return foreign };
         let noted = expressions::with(scene, |graph| {
             let of: Vec<Node> = of.iter().map(|param| param.node(graph)).collect();
             let node = formula(graph, &of);
@@ -233,11 +232,11 @@ impl Param {
         Param { of: Source::Gravity(axis), factor: 1.0 }
     }
 
-    /// True if all design variables and expressions in it belong to the scene with the given number.
-    pub(crate) fn belongs_to(&self, scene: u64) -> bool {
+    /// True if all design variables and expressions in it belong to a scene with these numbers.
+    pub(crate) fn belongs_to(&self, scene: &[u64]) -> bool {
         match self.of {
-            Source::Design(design) => design.0.scene() == scene,
-            Source::Expression(expression) => expression.scene == scene,
+            Source::Design(design) => scene.contains(&design.0.scene()),
+            Source::Expression(expression) => scene.contains(&expression.scene),
             Source::Foreign => false,
             Source::One | Source::Gravity(_) | Source::Value(_) => true,
         }

@@ -13,7 +13,8 @@ impl Expression {
         match self {
             Constant(bits) => S::from(f64::from_bits(bits)),
             Parameter(which) => parameters[which as usize],
-            Input(which) => inputs[which as usize],
+            // Only design variables of clones of a scene are not there.
+            Input(which) => inputs.get(which as usize).copied().unwrap_or(S::from(f64::NAN)),
             Of(function, x) => function.value(at(x)),
             Add(x, y) => at(x) + at(y),
             Subtract(x, y) => at(x) - at(y),

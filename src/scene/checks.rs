@@ -9,7 +9,7 @@ use crate::model::{Coordinate, Handle, Param};
 
 impl Scene {
     pub(super) fn check(&mut self, element: &str, kind: &'static str, handles: impl IntoIterator<Item = Handle>) -> bool {
-        let foreign = handles.into_iter().any(|handle| !self.tag.owns(&handle));
+        let foreign = handles.into_iter().any(|handle| !self.parts.scene.owns(&handle));
         if foreign {
             self.report(Error::Foreign { element: element.to_string(), kind });
         }
@@ -17,7 +17,7 @@ impl Scene {
     }
 
     pub(super) fn check_params(&mut self, element: &str, params: &[Param]) -> bool {
-        let known = params.iter().all(|p| p.belongs_to(self.tag.number()));
+        let known = params.iter().all(|p| p.belongs_to(self.parts.scene.numbers()));
         if !known {
             self.report(Error::Foreign { element: element.to_string(), kind: "design variable" });
         }

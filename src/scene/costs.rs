@@ -85,9 +85,10 @@ impl Scene {
     /// Adds an output, a scalar result of the motion in addition to J. Its value is the sum of its terms ([`term`](Self::term)).
     pub fn output(&mut self, name: &str) -> Output {
         let output = self.parts.outputs.len();
+        self.parts.scene.begin_part();
         self.recipe.note_output(name, output);
         self.parts.outputs.push(name.to_string());
-        Output(self.tag.handle(output))
+        Output(self.parts.scene.handle(output))
     }
 
     /// Adds a term to an output, as [`cost`](Self::cost) adds one to J. The residual of a reading is a term with [`Sum::Terminal`] or

@@ -9,7 +9,7 @@ impl Scene {
     /// Adds generalized coordinates that belong together, in m or rad, as [`coordinates`](Self::coordinates), in any number.
     pub fn list_coordinates(&mut self, group: &str, names: &[&str]) -> Vec<Coordinate> {
         let first = self.coordinate_group(group, names);
-        (first..first + names.len()).map(|i| Coordinate(self.tag.handle(i))).collect()
+        (first..first + names.len()).map(|i| Coordinate(self.parts.scene.handle(i))).collect()
     }
 
     /// Adds a kinetic energy T(q, v; b) of lists ([`ListKineticEnergy`]).
@@ -42,6 +42,6 @@ impl Scene {
         let formula = ListHolonomic { constraint: element, n: q.len(), m: equations, p: b.len() };
         let equations = self.equations(name, equations);
         self.insert(name, formula, (q, equations.clone()), &[], b);
-        equations.map(|j| Multiplier(self.tag.handle(j))).collect()
+        equations.map(|j| Multiplier(self.parts.scene.handle(j))).collect()
     }
 }

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use crate::model::element::{Constraint, Force, KineticEnergy, ParameterFormula, PotentialEnergy};
-use crate::model::{Control, Coordinate, Design, Drawn, Frame, Multiplier, Param, Point, SceneTag, Shape};
+use crate::model::{Control, Coordinate, Design, Drawn, Frame, Multiplier, Param, Point, Shape};
 use crate::number::guarded;
 use crate::program::{Obstacle, Symbol, record};
 use crate::system::{
@@ -56,9 +56,11 @@ use ready::{Added, Recipe};
 /// assert_eq!((system.n(), system.m()), (1, 0));
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
-#[derive(Default)]
+///
+/// A clone has the same parts, and handles of these parts are valid in both scenes. Handles of parts that are added later are valid only in
+/// the scene that they were added to.
+#[derive(Clone, Default)]
 pub struct Scene {
-    tag: SceneTag,
     parts: Parts,
     elements: Vec<String>,
     costs_named: Vec<String>,
@@ -85,13 +87,14 @@ impl Scene {
     /// The coordinates of a group are eliminated together in the linear solves, so put closely coupled coordinates into one group.
     pub fn coordinates<const N: usize>(&mut self, group: &str, names: [&str; N]) -> [Coordinate; N] {
         let first = self.coordinate_group(group, &names);
-        std::array::from_fn(|i| Coordinate(self.tag.handle(first + i)))
+        std::array::from_fn(|i| Coordinate(self.parts.scene.handle(first + i)))
     }
 
     /// Adds a group of coordinates and returns the number of the first.
     pub(crate) fn coordinate_group(&mut self, group: &str, names: &[&str]) -> usize {
         self.recipe.note(group, || Added::Coordinates(names.iter().map(|name| name.to_string()).collect()));
         let first = self.parts.coordinates.len();
+        self.parts.scene.begin_part();
         self.parts.coordinates.extend(names.iter().map(|name| format!("{group}.{name}")));
         self.parts.initial.resize(first + names.len(), 0.0);
         self.parts.groups.push((group.to_string(), first..first + names.len()));
@@ -108,21 +111,23 @@ impl Scene {
 
     /// The initial value of a coordinate, m or rad; NaN for a coordinate of another scene.
     pub fn initial(&self, coordinate: Coordinate) -> f64 {
-        if self.tag.owns(&coordinate.0) { self.parts.initial[coordinate.0.index] } else { f64::NAN }
+        if self.parts.scene.owns(&coordinate.0) { self.parts.initial[coordinate.0.index] } else { f64::NAN }
     }
 
     /// Adds a control channel.
     pub fn control(&mut self, name: &str) -> Control {
         self.recipe.note(name, || Added::Control);
+        self.parts.scene.begin_part();
         self.parts.controls.push(name.to_string());
-        Control(self.tag.handle(self.parts.controls.len() - 1))
+        Control(self.parts.scene.handle(self.parts.controls.len() - 1))
     }
 
     /// Adds a design variable with its value; use its handle instead of a number in elements.
     pub fn design(&mut self, name: &str, value: f64) -> Design {
         self.recipe.note(name, || Added::Design(value));
+        self.parts.scene.begin_part();
         self.parts.designs.push((name.to_string(), value));
-        Design(self.tag.handle(self.parts.designs.len() - 1))
+        Design(self.parts.scene.handle(self.parts.designs.len() - 1))
     }
 
     /// Adds a parameter computed from other parameters by a user-defined formula. In most cases the operators and functions of [`Param`]
@@ -255,8 +260,6 @@ impl Scene {
             return Err(problem);
         }
         self.check_names()?;
-        self.parts.scene = self.tag.number();
-        self.parts.expressions = self.tag.take_expressions();
         System::compile(self.parts, without_programs)
     }
 
@@ -315,13 +318,14 @@ impl Scene {
     /// Adds the equations of a constraint.
     fn equations(&mut self, name: &str, count: usize) -> Range<usize> {
         let first = self.parts.equations;
+        self.parts.scene.begin_part();
         self.parts.equations += count;
         self.parts.constraints.push((name.to_string(), count));
         first..self.parts.equations
     }
 
     fn multipliers<const M: usize>(&self, first: usize) -> [Multiplier; M] {
-        std::array::from_fn(|j| Multiplier(self.tag.handle(first + j)))
+        std::array::from_fn(|j| Multiplier(self.parts.scene.handle(first + j)))
     }
 
     /// Requires a parameter to be positive; checked when the scene is compiled and before every run.
@@ -361,6 +365,6 @@ impl Scene {
 
     /// Placeholder for the multipliers of a joint that could not be added.
     pub(crate) fn no_multipliers<const M: usize>(&self) -> [Multiplier; M] {
-        std::array::from_fn(|_| Multiplier(self.tag.handle(0)))
+        std::array::from_fn(|_| Multiplier(self.parts.scene.handle(0)))
     }
 }

@@ -7,30 +7,30 @@ impl Scene {
     /// The design variable with the given name.
     pub fn design_named(&self, name: &str) -> Option<Design> {
         let at = self.parts.designs.iter().position(|(known, _)| known == name)?;
-        Some(Design(self.tag.handle(at)))
+        Some(Design(self.parts.scene.handle(at)))
     }
 
     /// The control with the given name.
     pub fn control_named(&self, name: &str) -> Option<Control> {
         let at = self.parts.controls.iter().position(|known| known == name)?;
-        Some(Control(self.tag.handle(at)))
+        Some(Control(self.parts.scene.handle(at)))
     }
 
     /// The coordinate with the given name, preceded by that of its group: `rod.x`.
     pub fn coordinate_named(&self, name: &str) -> Option<Coordinate> {
         let at = self.parts.coordinates.iter().position(|known| known == name)?;
-        Some(Coordinate(self.tag.handle(at)))
+        Some(Coordinate(self.parts.scene.handle(at)))
     }
 
     /// The output with the given name.
     pub fn output_named(&self, name: &str) -> Option<Output> {
         let at = self.parts.outputs.iter().position(|known| known == name)?;
-        Some(Output(self.tag.handle(at)))
+        Some(Output(self.parts.scene.handle(at)))
     }
 
     /// The outputs of [`end_state`](Self::end_state) of a coordinate; `None` if the scene does not have them.
     pub fn end_state_of(&self, coordinate: Coordinate) -> Option<EndState> {
-        let of = self.tag.owns(&coordinate.0).then(|| &self.parts.coordinates[coordinate.index()])?;
+        let of = self.parts.scene.owns(&coordinate.0).then(|| &self.parts.coordinates[coordinate.index()])?;
         let [position, rate] = EndState::names(of).map(|name| self.output_named(&name));
         Some(EndState { coordinate, position: position?, rate: rate? })
     }
@@ -40,7 +40,7 @@ impl Scene {
         let at = self.parts.constraints.iter().position(|(known, _)| known == name)?;
         let first: usize = self.parts.constraints[..at].iter().map(|(_, count)| count).sum();
         let equations = first..first + self.parts.constraints[at].1;
-        Some(equations.map(|equation| Multiplier(self.tag.handle(equation))).collect())
+        Some(equations.map(|equation| Multiplier(self.parts.scene.handle(equation))).collect())
     }
 
     /// The frame of the body or particle with the given name.

@@ -11,7 +11,7 @@ use super::formula::{Batches, Entry, Layout, NodeView, PlacedElement, Positions}
 use super::tangent::{Formulas, Sines};
 use crate::Error;
 use crate::linear::{Breakdown, Symbolic};
-use crate::model::{Control, Coordinate, Handle, Output, Param, Shape, Sketch};
+use crate::model::{Control, Coordinate, Handle, Output, Param, SceneTag, Shape, Sketch};
 use crate::program::Obstacle;
 
 /// Rounding error allowed in a sum, relative to its terms.
@@ -42,7 +42,7 @@ pub struct System {
     pub(super) positive: Vec<Required>,
     pub(super) sketch: Sketch,
     /// The number of the scene.
-    pub(super) scene: u64,
+    pub(super) scene: SceneTag,
     /// Fingerprint of the formulas that were compiled, and of those of the costs alone.
     pub(super) fingerprint: u64,
     pub(super) costs_compiled: u64,
@@ -97,7 +97,7 @@ impl System {
     /// If `i` is not less than [`n`](Self::n).
     pub fn coordinate(&self, i: usize) -> Coordinate {
         assert!(i < self.n, "there are {} coordinates; index {i} does not exist", self.n);
-        Coordinate(Handle::of(self.scene, i))
+        Coordinate(self.scene.handle(i))
     }
 
     /// The handle of control `i`, as returned by the scene.
@@ -106,12 +106,12 @@ impl System {
     /// If `i` is not less than [`k`](Self::k).
     pub fn control(&self, i: usize) -> Control {
         assert!(i < self.k, "there are {} controls; index {i} does not exist", self.k);
-        Control(Handle::of(self.scene, i))
+        Control(self.scene.handle(i))
     }
 
     /// Whether a handle belongs to the scene from which this system was compiled.
     pub(crate) fn owns(&self, handle: Handle) -> bool {
-        handle.scene() == self.scene
+        self.scene.owns(&handle)
     }
 
     /// The index of an output.
@@ -125,7 +125,7 @@ impl System {
 
     /// Whether a parameter belongs to the scene from which this system was compiled.
     pub(crate) fn knows(&self, param: Param) -> bool {
-        param.belongs_to(self.scene)
+        param.belongs_to(self.scene.numbers()) && self.parameters.has(param)
     }
 
     /// Size s and width r of each node of the elimination tree, in the order of elimination. Such a node consists of s unknowns that are

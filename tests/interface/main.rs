@@ -6,6 +6,7 @@ mod common;
 mod bad_input;
 mod circles;
 mod cli;
+mod clones;
 mod public;
 mod rooms;
 mod sources;

@@ -19,7 +19,7 @@ impl System {
             return Err(Error::EmptyScene);
         }
         let gravity = scene.gravity.map(|g| g.unwrap_or(0.0.into()));
-        let mut parameters = Parameters::new(scene.designs.len(), std::mem::take(&mut scene.expressions));
+        let mut parameters = Parameters::new(scene.designs.len(), scene.scene.expressions());
         let mut resolve = |param: Param| parameters.resolve(param, &gravity);
         scene.batches.0.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
         scene.costs.resolve(&mut resolve);

@@ -77,6 +77,13 @@ impl Parameters {
         design.iter().copied().chain(self.nodes.iter().map(|node| all[node.index()])).collect()
     }
 
+    /// True unless the parameter is an expression that was made after the scene was compiled.
+    pub(crate) fn has(&self, param: Param) -> bool {
+        let mut node = None;
+        param.resolve(&[0.0.into(); 3], &mut |of| *node.insert(of.index()));
+        node.is_none_or(|node| node < self.graph.len())
+    }
+
     /// The value of a parameter before `resolve`, which need not be used by any element.
     pub(crate) fn value_of(&self, param: Param, values: &[f64]) -> f64 {
         if let Some(number) = param.constant() {

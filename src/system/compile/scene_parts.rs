@@ -2,16 +2,15 @@
 
 use std::ops::Range;
 
-use crate::model::{Param, Sketch};
-use crate::program::Graph;
+use crate::model::{Param, SceneTag, Sketch};
 use crate::system::cost::Costs;
 use crate::system::formula::Batches;
 
 /// A mechanism as a list of named parts.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Parts {
-    /// The number of the scene.
-    pub(crate) scene: u64,
+    /// The numbers of the scene.
+    pub(crate) scene: SceneTag,
     pub(crate) coordinates: Vec<String>,
     /// The coordinates of each named group (a body), as ranges.
     pub(crate) groups: Vec<(String, Range<usize>)>,
@@ -22,8 +21,6 @@ pub(crate) struct Parts {
     /// Outputs that are only reported; optimisers constrain them only when told to.
     pub(crate) looked_at: Vec<usize>,
     pub(crate) designs: Vec<(String, f64)>,
-    /// Expressions of the design variables, which may serve as parameters.
-    pub(crate) expressions: Graph,
     /// Name and number of equations of each constraint.
     pub(crate) constraints: Vec<(String, usize)>,
     pub(crate) equations: usize,
