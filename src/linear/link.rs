@@ -10,9 +10,9 @@
 // Loops over constant index ranges are unrolled; the indices are those of the formulas.
 #![expect(clippy::needless_range_loop)]
 
-use super::lu::{Cancelled, IN_ORDER, MOST_LOSS};
+use super::lu::{Cancelled, IN_ORDER, MOST_LOSS, is_buried};
 use super::node::{Node, Shape};
-use super::node_kernel::{NodeKernel, State};
+use super::node_kernel::{NodeKernel, State, eliminate_with_interchanges};
 use super::size::Fixed;
 use crate::number::{copy_singly, larger, minus_product, plus_product, singly};
 use std::marker::PhantomData;
@@ -55,14 +55,11 @@ impl<const S: usize> Link<S> {
     fn factor(d: &mut Matrix<S>, scale: &[f64]) -> Option<f64> {
         let mut worst = 1.0f64;
         for k in 0..S {
-            let mut magnitude = scale[k] + d[k][k].abs();
-            for m in 0..k {
-                magnitude += (d[m][k] * d[k][m]).abs();
-            }
+            let summands = (0..k).fold(0.0, |sum, m| sum + (d[m][k] * d[k][m]).abs());
             let inverse = 1.0 / d[k][k];
-            let loss = magnitude * inverse.abs();
+            let loss = (d[k][k].abs() + (summands + scale[k])) * inverse.abs();
             // False for NaN.
-            if loss < MOST_LOSS {
+            if loss < MOST_LOSS && !is_buried(scale[k], summands) {
                 worst = larger(worst, loss);
             } else {
                 return None;
@@ -193,13 +190,6 @@ impl<const S: usize> Link<S> {
     }
 }
 
-/// Kept out of line, because most nodes need no interchanges.
-#[cold]
-#[inline(never)]
-fn eliminate_with_pivoting<const S: usize>(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
-    Pivoting::<S>::eliminate(node, state)
-}
-
 /// The scalar product from unknown `a` on, with at least one term; starting from zero would cost another addition.
 #[inline(always)]
 fn product<const S: usize>(x: &[f64; S], y: &[f64; S], a: usize) -> f64 {
@@ -271,7 +261,7 @@ impl<const S: usize> NodeKernel for Link<S> {
             Shape::Inner => Self::eliminate_from(node, state, 1, 0),
             _ => Self::eliminate_from(node, state, 0, 0),
         };
-        worst.map_or_else(|| eliminate_with_pivoting::<S>(node, state), Ok)
+        worst.map_or_else(|| eliminate_with_interchanges::<Fixed<S>>(node, state), Ok)
     }
 
     #[inline(always)]

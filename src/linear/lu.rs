@@ -3,6 +3,9 @@
 //! A pivot is judged by the magnitudes that were added up in it, not by the other entries of its column, which have other units. For the choice of
 //! another row, units are inferred from the magnitudes added up in the diagonal entries (see [`choose_row`]).
 //!
+//! The pivot of a coordinate without inertia is of order h². It lost no digits, but it buries those of the constraints that determine the coordinate.
+//! Nodes of fixed size are factorised in order first. If a pivot loses digits or buries those of others, they are factorised again with interchanges.
+//!
 //! D (s×s) is stored by columns and is overwritten by L (unit diagonal not stored) and U, with the
 //! reciprocals of the pivots in place of the diagonal of U. All functions are inlined, so that a
 //! constant `s` unrolls them. Nodes of other sizes are mostly sparse inside (a body's coordinates beside its own constraints):
@@ -39,6 +42,8 @@ pub(super) struct Rows<'a> {
     pub(super) swaps: &'a mut [usize],
     /// Magnitudes that were added to diagonal entry k before.
     pub(super) scale: &'a [f64],
+    /// Whether rows may be interchanged; otherwise the first loss of digits is an error.
+    pub(super) interchanges: bool,
     /// Whether rows were interchanged.
     pub(super) mixed: bool,
 }
@@ -48,7 +53,7 @@ pub(super) struct Rows<'a> {
 /// The ratio does not depend on the units of the unknowns as long as rows are not interchanged.
 ///
 /// # Errors
-/// The first pivot that is not finite or too small compared with its magnitudes.
+/// The first pivot that is not finite, that is too small compared with its magnitudes, or that loses digits while rows may not be interchanged.
 #[inline(always)]
 pub(super) fn factor<N: Size>(n: N, rows: &mut Rows<'_>) -> Result<f64, Cancelled> {
     let mut worst = 1.0;
@@ -79,15 +84,18 @@ fn fixed_step<N: Size, const K: usize>(n: N, rows: &mut Rows<'_>, worst: &mut f6
 #[inline(always)]
 fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> Result<(), Cancelled> {
     let (s, k) = (n.get(), k.get());
-    let added = if rows.mixed { added_by_others(k, k, rows) } else { rows.scale[k] };
-    let mut scale = magnitude(s, k, rows, added);
+    let added = if rows.mixed { added_by_others(k, [k, k], rows) } else { rows.scale[k] };
+    let (mut scale, pivot) = (magnitude(s, k, rows, added), rows.d[k * s + k]);
     rows.swaps[k] = k;
     // False for a NaN.
-    let keeps_digits = scale < MOST_LOSS * rows.d[k * s + k].abs();
-    if !keeps_digits {
+    let keeps_digits = scale < MOST_LOSS * pivot.abs();
+    if !rows.interchanges && (!keeps_digits || is_buried(added, scale - pivot.abs())) {
+        return Err(Cancelled { column: k, pivot, scale });
+    }
+    if rows.interchanges && (!keeps_digits || buries(s, k, rows)) {
         let row = choose_row(s, k, rows);
         if row != k {
-            let added = added_by_others(k, row, rows);
+            let added = added_by_others(k, [row, k], rows);
             swap_rows(s, rows.d, k, row);
             swap_rows(s, rows.u, k, row);
             (rows.swaps[k], rows.mixed) = (row, true);
@@ -126,6 +134,22 @@ fn magnitude(s: usize, k: usize, rows: &Rows<'_>, added: f64) -> f64 {
     d[k * s + k].abs() + (summands + added)
 }
 
+/// True if the digits of the entry before an addition are lost in the added terms.
+#[inline(always)]
+pub(super) fn is_buried(before: f64, added: f64) -> bool {
+    added > MOST_LOSS * before && before > 0.0
+}
+
+/// True if the elimination of column k buries another diagonal entry.
+#[inline(never)]
+fn buries(s: usize, k: usize, rows: &Rows<'_>) -> bool {
+    let (d, pivot) = (&rows.d, rows.d[k * s + k].abs());
+    (k + 1..s).any(|i| {
+        let added = if rows.mixed { added_by_others(k, [i, i], rows) } else { rows.scale[i] };
+        is_buried(pivot * (d[i * s + i].abs() + added), (d[k * s + i] * d[i * s + k]).abs())
+    })
+}
+
 /// The row, from k on, whose entry in column k is largest in a measure that does not depend on units.
 ///
 /// An equation has the unit J divided by that of its unknown; m_j, the magnitudes added up in the diagonal entry of unknown j, has J divided by its
@@ -148,11 +172,11 @@ fn choose_row(s: usize, k: usize, rows: &Rows<'_>) -> usize {
     (k + 1..s).map(|i| (i, quality(i))).fold(first, |best, other| if other.1 > best.1 { other } else { best }).0
 }
 
-/// The magnitudes that other nodes added to entry (i, k), or a bound on them, √(m_j m_k), if row i contains the equation of another unknown j.
+/// The magnitudes that other nodes added to entry (i, j) before step k, or a bound on them, √(m_j m_l), if row i contains the equation of another unknown l.
 #[cold]
 #[inline(never)]
-fn added_by_others(k: usize, i: usize, rows: &Rows<'_>) -> f64 {
-    (rows.scale[equation(k, i, rows.swaps)] * rows.scale[k]).sqrt()
+fn added_by_others(k: usize, [i, j]: [usize; 2], rows: &Rows<'_>) -> f64 {
+    (rows.scale[equation(k, i, rows.swaps)] * rows.scale[j]).sqrt()
 }
 
 /// x²/size; infinite for x ≠ 0 and size 0.

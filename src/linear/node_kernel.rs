@@ -36,34 +36,50 @@ pub(super) trait NodeKernel: Debug + Sync {
     fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]);
 }
 
-impl<N: Size> NodeKernel for PhantomData<N> {
-    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
-        let n = N::new(node.size);
-        let s = n.get();
-        let (panel, rest) = state.values[node.start..].split_at_mut(node.panel_len());
-        let (d, sides) = panel.split_at_mut(s * s);
-        let (u, l) = sides.split_at_mut(s * node.width);
-        let swaps = &mut state.swaps[node.first..][..s];
-        let (own, scale) = state.scale[node.first..].split_at_mut(s);
+/// Eliminates a node, with or without interchanges of rows. After an error without them, a panel of fixed size is unchanged.
+#[inline(always)]
+fn eliminate<N: Size>(node: &Node, state: &mut State<'_>, interchanges: bool) -> Result<f64, Cancelled> {
+    let n = N::new(node.size);
+    let s = n.get();
+    let (panel, rest) = state.values[node.start..].split_at_mut(node.panel_len());
+    let (d, sides) = panel.split_at_mut(s * s);
+    let (u, l) = sides.split_at_mut(s * node.width);
+    let swaps = &mut state.swaps[node.first..][..s];
+    let (own, scale) = state.scale[node.first..].split_at_mut(s);
 
-        let worst = n.on_square(d, |d| {
-            let worst = lu::factor(n, &mut lu::Rows { d, u, swaps, scale: own, mixed: false })?;
-            for column in u.chunks_exact_mut(s) {
-                n.on_vector(column, |y| lu::solve_lower(n, d, y));
-            }
-            for row in l.chunks_exact_mut(s) {
-                n.on_vector(row, |y| lu::solve_upper_transposed(n, d, y));
-            }
-            Ok(worst)
-        })?;
-        for b in &node.later {
-            update(n, b, lines(n, u, &b.lines), lines(n, l, &b.lines), rest, scale);
+    let worst = n.on_square(d, |d| {
+        let worst = lu::factor(n, &mut lu::Rows { d, u, swaps, scale: own, interchanges, mixed: false })?;
+        for column in u.chunks_exact_mut(s) {
+            n.on_vector(column, |y| lu::solve_lower(n, d, y));
         }
-        for Pair { b, c, upper, lower } in &node.pairs {
-            subtract_products(s, &mut rest[*upper..], lines(n, u, c), lines(n, l, b));
-            subtract_products(s, &mut rest[*lower..], lines(n, l, c), lines(n, u, b));
+        for row in l.chunks_exact_mut(s) {
+            n.on_vector(row, |y| lu::solve_upper_transposed(n, d, y));
         }
         Ok(worst)
+    })?;
+    for b in &node.later {
+        update(n, b, lines(n, u, &b.lines), lines(n, l, &b.lines), rest, scale);
+    }
+    for Pair { b, c, upper, lower } in &node.pairs {
+        subtract_products(s, &mut rest[*upper..], lines(n, u, c), lines(n, l, b));
+        subtract_products(s, &mut rest[*lower..], lines(n, l, c), lines(n, u, b));
+    }
+    Ok(worst)
+}
+
+/// Kept out of line, because most nodes need no interchanges.
+#[cold]
+#[inline(never)]
+pub(super) fn eliminate_with_interchanges<N: Size>(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
+    eliminate::<N>(node, state, true)
+}
+
+impl<N: Size> NodeKernel for PhantomData<N> {
+    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
+        match N::FIXED {
+            true => eliminate::<N>(node, state, false).or_else(|_| eliminate_with_interchanges::<N>(node, state)),
+            false => eliminate::<N>(node, state, true),
+        }
     }
 
     fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {

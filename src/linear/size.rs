@@ -21,8 +21,8 @@ pub(super) trait Size: Copy + Debug + Send + Sync + 'static {
     /// Works on a local copy of a vector of the size, or in place if the size is not fixed.
     fn on_vector(self, y: &mut [f64], work: impl FnOnce(&mut [f64]));
 
-    /// Works on a local copy of a square matrix of the size, or in place if the size is not fixed.
-    fn on_square<R>(self, d: &mut [f64], work: impl FnOnce(&mut [f64]) -> R) -> R;
+    /// Works on a local copy of a square matrix of the size, which is kept if that succeeds, or in place if the size is not fixed.
+    fn on_square<R, E>(self, d: &mut [f64], work: impl FnOnce(&mut [f64]) -> Result<R, E>) -> Result<R, E>;
 }
 
 /// The constant S.
@@ -69,12 +69,12 @@ impl<const S: usize> Size for Fixed<S> {
     }
 
     #[inline(always)]
-    fn on_square<R>(self, d: &mut [f64], work: impl FnOnce(&mut [f64]) -> R) -> R {
+    fn on_square<R, E>(self, d: &mut [f64], work: impl FnOnce(&mut [f64]) -> Result<R, E>) -> Result<R, E> {
         let mut local = [[0.0; S]; S];
         local.as_flattened_mut().copy_from_slice(d);
-        let result = work(local.as_flattened_mut());
+        let result = work(local.as_flattened_mut())?;
         d.copy_from_slice(local.as_flattened());
-        result
+        Ok(result)
     }
 }
 
@@ -106,7 +106,7 @@ impl Size for Free {
     }
 
     #[inline(always)]
-    fn on_square<R>(self, d: &mut [f64], work: impl FnOnce(&mut [f64]) -> R) -> R {
+    fn on_square<R, E>(self, d: &mut [f64], work: impl FnOnce(&mut [f64]) -> Result<R, E>) -> Result<R, E> {
         work(d)
     }
 }

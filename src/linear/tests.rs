@@ -267,18 +267,23 @@ fn shapes(s: &Symbolic) -> Vec<Shape> {
 #[test]
 fn angles_are_left_out_where_a_link_couples_to_the_next() {
     let pattern = bodies(&(0..9_usize).map(|b| b.wrapping_sub(1)).collect::<Vec<_>>());
-    let massless = |every: usize| {
-        move |matrix: &mut DMatrix<f64>| (0..9).step_by(every).for_each(|b| matrix[(5 * b + 2, 5 * b + 2)] = 0.0)
+    let massless = |every: usize, inertia: f64, slope: f64| {
+        move |matrix: &mut DMatrix<f64>| {
+            (0..9).step_by(every).for_each(|b| matrix[(5 * b + 2, 5 * b + 2)] = inertia);
+            (0..9).for_each(|b| matrix[(5 * b + 2, 5 * b + 3)] *= slope);
+        }
     };
+    let little = [(1e-8, 1.0), (1e-8, 1e-7), (1e-8, 0.0), (-1e-15, 1.0), (-1e-15, 0.0)];
+    let _ = little.map(|(inertia, slope)| check_with(&pattern, 6.0, 5, massless(1, inertia, slope)));
     for every in [1, 2, 3, 9] {
-        let s = check_with(&pattern, 6.0, every as u64, massless(every));
+        let s = check_with(&pattern, 6.0, every as u64, massless(every, 0.0, 1.0));
         let count = |shape| shapes(&s).into_iter().filter(|&other| other == shape).count();
         assert_eq!([Shape::Outer, Shape::Inner, Shape::Linked].map(count), [4, 4, 1]);
     }
     // A spring between two angles couples them; an interchange in one link affects only its hinges.
     let mut sprung = pattern.clone();
     sprung.entries.extend([(2, 7), (32, 37)]);
-    let s = check_with(&sprung, 6.0, 4, massless(2));
+    let s = check_with(&sprung, 6.0, 4, massless(2, 0.0, 1.0));
     assert_eq!(shapes(&s).into_iter().filter(|&shape| shape == Shape::Linked).count(), 3);
 }
 

@@ -329,6 +329,11 @@ impl System {
 
     /// The error for a breakdown of the elimination of K, with the name of the unknown.
     pub(crate) fn singular_step(&self, breakdown: &Breakdown, step: usize, time: f64) -> Error {
+        if step == 0 && breakdown.unknown < self.n && breakdown.scale == 0.0 {
+            let what = format!("the inertia of `{}`", self.coordinate_name(breakdown.unknown));
+            let must_be = "positive, unless a joint determines the coordinate and the scene is compiled with 0";
+            return Error::Parameter { what, value: 0.0, must_be };
+        }
         let unknown = self.unknown_name(breakdown.unknown);
         Error::SingularStep { step, time, unknown, pivot: breakdown.pivot / breakdown.scale }
     }

@@ -1,15 +1,22 @@
 //! Bodies without a moment of inertia, or without mass, that joints determine: motions, exact derivatives, and refusals by name.
 
-use crate::common::{assert_gradient_is_exact_with, assert_says};
+use crate::common::{assert_gradient_is_exact_with, assert_says, relative_error};
 use hamiltonian_adjoint::check;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
-    Coordinate, Error, Grid, Inputs, LongSolver, Mechanics, Scene, Scheme, Settings, Start, Sum, System, simulate,
+    Coordinate, Error, Gradient, Grid, Inputs, LongSolver, Mechanics, Scene, SceneFile, Scheme, Settings, Solver, Start,
+    Sum, System, gradient, simulate,
 };
 
-/// A mechanism of which something has no inertia: mass m and moment of inertia J of one body are design variables; and what may be held.
+/// A mechanism of which something has no inertia, compiled; and what may be held.
 fn mechanism(kind: &str, inertia: f64) -> (System, Vec<Coordinate>) {
+    let (scene, held) = scene(kind, inertia);
+    (scene.compile().expect("a scene"), held)
+}
+
+/// Its scene: mass m and moment of inertia J of one body are design variables.
+fn scene(kind: &str, inertia: f64) -> (Scene, Vec<Coordinate>) {
     let mut scene = Scene::new();
     scene.gravity(0.4, -9.81);
     let (m, j) = (
@@ -78,7 +85,7 @@ fn mechanism(kind: &str, inertia: f64) -> (System, Vec<Coordinate>) {
     let [x, _, angle] = seen.coordinates;
     scene.cost("angle", AngleError, Sum::Trapezoidal, [angle], [], [], [0.6.into()]);
     scene.cost("place", AngleError, Sum::AllNodes, [x], [], [], [0.1.into()]);
-    (scene.compile().expect("a scene"), held)
+    (scene, held)
 }
 
 const KINDS: [&str; 6] = ["pendulum", "cart", "weld", "link", "wheel", "truss"];
@@ -141,5 +148,101 @@ fn what_nothing_determines_is_named() {
         let error = refused(hinge).expect_err("an angle that nothing determines").error;
         assert!(matches!(&error, Error::SingularMass { coordinates, .. } if coordinates == &["`bob.φ`"]), "{error:?}");
         assert_says(&error, &["`bob.φ`", "neither inertia nor a joint that determines them"]);
+    }
+}
+
+/// The start that is assembled from these inputs, given by itself.
+fn given(system: &System, inputs: &Inputs) -> Inputs {
+    let motion = simulate(system, inputs, Settings::default()).expect("a motion");
+    let [q, v] = [&motion.q, &motion.v].map(|x| x.column(0).into_owned());
+    Inputs { start: Start::Velocity { q, v }, ..inputs.clone() }
+}
+
+/// In a short step the inertia that a coordinate without mass has in K is h² times what the constraints bend by.
+#[test]
+fn steps_may_be_as_short_as_they_like() {
+    for kind in KINDS {
+        let (system, held) = mechanism(kind, 0.0);
+        let mut solver = Solver::new(&system, Settings::default());
+        for k in 1..12 {
+            let grid = Grid::uniform(8, 0.1_f64.powi(k));
+            solver
+                .simulate(&Inputs { grid, ..inputs(&system, &held) })
+                .unwrap_or_else(|error| panic!("{kind}, {k}: {error}"));
+            assert!(solver.report().worst_pivot > 1e-5, "{kind}, {k}: {:e}", solver.report().worst_pivot);
+        }
+    }
+}
+
+#[test]
+fn grids_by_tolerance_keep_the_tolerance() {
+    for kind in KINDS {
+        let (system, held) = mechanism(kind, 0.0);
+        for hold in [&[][..], &held] {
+            let inputs = given(&system, &inputs(&system, hold));
+            let end = |scheme, tolerance: f64| {
+                let mut solver = Solver::new(&system, Settings { scheme, ..Settings::default() });
+                let adapted = solver.adapt(&inputs, tolerance).unwrap_or_else(|error| panic!("{kind}: {error}"));
+                assert_gradient_is_exact_with(kind, &system, &adapted, Settings { scheme, ..Settings::default() });
+                let motion = solver.simulate(&adapted).expect("the motion");
+                motion.q.column(motion.q.ncols() - 1).into_owned()
+            };
+            let exact = end(Scheme::ESDIRK5, 1e-12);
+            for scheme in Scheme::ALL {
+                let error = (end(scheme, 1e-6) - &exact).amax();
+                assert!(error < 1e-4, "{kind}, {}: {error:e}", scheme.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn inertia_may_vanish_after_compilation_where_it_is_not_eliminated_ahead() {
+    let settings = Settings::default();
+    for kind in KINDS {
+        let (heavy, held) = mechanism(kind, 0.2);
+        let (system, held_without) = mechanism(kind, 0.0);
+        for (hold, hold_without) in [(&[][..], &[][..]), (&held, &held_without)] {
+            let without = inputs(&system, hold_without);
+            let taken = Inputs { design: without.design.clone(), ..inputs(&heavy, hold) };
+            if kind == "pendulum" {
+                let [taken, none] =
+                    [(&heavy, &taken), (&system, &without)].map(|(system, inputs)| simulate(system, inputs, settings));
+                assert!((taken.expect("a motion").q - none.expect("a motion").q).amax() < 1e-12);
+                assert_gradient_is_exact_with(kind, &heavy, &inputs(&heavy, hold), settings);
+            } else {
+                let error = simulate(&heavy, &taken, settings).expect_err("an inertia that is needed").error;
+                assert!(matches!(error, Error::Parameter { value: 0.0, .. }), "{kind}: {error:?}");
+                assert_says(&error, &["the inertia of `", "is 0", "the scene is compiled with 0"]);
+            }
+        }
+    }
+}
+
+#[test]
+fn files_and_other_solvers_know_the_same_motion() {
+    let settings = Settings::default();
+    for kind in KINDS {
+        let (scene, held) = scene(kind, 0.0);
+        let (plain, file) = (scene.clone().compile_without_programs().expect("a scene"), scene.to_json().expect("a file"));
+        let read = SceneFile::from_json(&file).expect("a scene").scene;
+        let (read, system) = (read.compile().expect("a scene"), scene.compile().expect("a scene"));
+        let inputs = inputs(&system, &held);
+        let expected = gradient(&system, &inputs, settings).expect("a gradient");
+        let assert_same = |what: &str, other: &Gradient| {
+            for (ours, reference) in [
+                (other.design.as_slice(), expected.design.as_slice()),
+                (other.controls.as_slice(), expected.controls.as_slice()),
+            ] {
+                let error = relative_error(ours, reference);
+                assert!(error < 1e-12, "{kind}, {what}: {error:e}");
+            }
+        };
+        assert_same("without programs", &gradient(&plain, &inputs, settings).expect("a gradient"));
+        assert_same("long", LongSolver::new(&system, settings, 30_000).gradient(&inputs).expect("a gradient"));
+        check::gradient(&system, &inputs, settings).run().expect("a report").assert_passed();
+        let free = Inputs { start: Start::assembled(&read), ..inputs.clone() };
+        let [was, is] = [&system, &read].map(|system| simulate(system, &free, settings).expect("a motion").q);
+        assert!((was - is).amax() < 1e-13, "{kind}");
     }
 }

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use super::groups::{self, Groups};
 use crate::linear::{Pattern, Symbolic};
+use crate::number::guarded;
 use crate::system::formula::{Batches, BlockEntry, Element, ElementKind, Layout, NodeView, RelativeEntry};
 use crate::system::tangent::{Assembly, Constants, Formulas, Places, Sines, Workspace};
 
@@ -53,7 +54,14 @@ pub(in crate::system) fn analyse(
     let diagonal = values.tangent().filter(|(row, col, power, _)| row == col && *power == 0 && *row < n);
     diagonal.for_each(|(i, _, _, value)| inertia[i] += value);
     let varying = elements.iter().filter(|e| e.kind() == ElementKind::Kinetic && !e.formula.varying.is_empty());
-    varying.flat_map(|element| &element.to.q).for_each(|&i| inertia[i] = f64::INFINITY);
+    // 2 T at the velocity 1 of one coordinate.
+    let mut v = vec![0.0; n];
+    for (element, &i) in varying.flat_map(|element| element.to.q.iter().map(move |i| (element, i))) {
+        v[i] = 1.0;
+        let item = batches.item(element.place);
+        inertia[i] += guarded(|| item.energy(&NodeView { v: &v, ..*at })).map_or(f64::INFINITY, f64::abs);
+        v[i] = 0.0;
+    }
     inertia.iter().zip(&mut constant).for_each(|(inertia, constant)| *constant &= *inertia != 0.0);
     let Groups { groups, loop_equations } = groups::groups((elements, batches), (blocks, &inertia), (n, m), at);
     // Diagonal entries for compliances, in case the loop equations are dependent.
