@@ -69,7 +69,7 @@ impl<R: Real> Equations<'_, R> {
         match self {
             Equations::Coordinates(_) => {
                 left.multipliers.fill(R::zero());
-                system.phi(&given.at(&q, x, multipliers), &mut left.multipliers);
+                system.phi_on(&given.at(&q, x, multipliers), &mut left.multipliers);
             }
             Equations::Velocities(..) => left.multipliers.copy_from_slice(sums.phi_dot()),
         }

@@ -204,7 +204,7 @@ impl<R: Real> Trajectory<R> {
         let design = system.parameters().values(inputs.design.as_slice());
         let mut phi = DMatrix::from_element(system.m(), self.computed, R::zero());
         for i in 0..self.computed {
-            system.phi(&self.at((inputs, &design), i), column_mut(&mut phi, i));
+            system.phi_on(&self.at((inputs, &design), i), column_mut(&mut phi, i));
         }
         finite(system, "Φ", phi)
     }

@@ -71,7 +71,7 @@ fn violations(system: &System, settings: &Settings, inputs: &Inputs, moves: &[&F
     for (free, mut column) in moves.iter().zip(violations.column_iter_mut()) {
         let mut there = NodeValues::of_equations(&at, Dual64::from_re);
         move_along(system, inputs, free, &mut there);
-        system.phi(&there.view(), &mut phi);
+        system.phi_on(&there.view(), &mut phi);
         system.plain_sums(&there.view(), &mut sums);
         let of_phi = phi.iter().map(|phi| (phi.eps, settings.position_tolerance));
         let of_rate = sums.phi_dot().iter().map(|rate| (rate.eps, velocity_tolerance));

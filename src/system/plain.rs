@@ -167,7 +167,13 @@ impl System {
     }
 
     /// Φ(q, t).
-    pub(crate) fn phi<R: Real>(&self, at: &NodeView<R>, phi: &mut [R]) {
+    pub(crate) fn phi(&self, at: &NodeView<f64>, phi: &mut [f64]) {
+        let constraints = self.batches.items().filter(|item| !item.to.sigma.is_empty());
+        constraints.for_each(|item| item.phi(at, |j, x| phi[j] = x));
+    }
+
+    /// Φ(q, t) on any number type.
+    pub(crate) fn phi_on<R: Real>(&self, at: &NodeView<R>, phi: &mut [R]) {
         write_phi(self.batches.0.iter(), at, phi);
     }
 

@@ -42,7 +42,7 @@ impl PhiAlong {
     }
 
     pub(super) fn evaluate(&mut self, system: &System) -> &[Hyper] {
-        system.phi(&self.at.view(), &mut self.phi);
+        system.phi_on(&self.at.view(), &mut self.phi);
         &self.phi
     }
 }

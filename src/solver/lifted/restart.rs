@@ -44,7 +44,7 @@ impl<R: Real> Lifted<R> {
         for correction in 0..MOST_CORRECTIONS_OF_PROJECTION {
             let at = NodeView { v: &w, sigma: &nu, ..self.trajectory.at((&self.inputs, &self.design), i) };
             system.plain_sums(&at, &mut self.sums);
-            system.phi(&at, &mut phi);
+            system.phi_on(&at, &mut phi);
             for &(j, mu) in near.linearisation.evaluation.compliance() {
                 phi[j] -= nu[j] * mu;
             }
