@@ -7,9 +7,8 @@ use std::ops::Range;
 
 use super::AdjointSweep;
 use crate::adjoint::growth::Growth;
-use crate::forward::ForwardSweep;
 use crate::motion::{Motion, Restart, Task, Watch};
-use crate::node::Linearisation;
+use crate::node::{Linearisation, SolvedMotion};
 use crate::scheme::{StageAdjoint, carried_part};
 use crate::system::{CostFactors, NodeView};
 use crate::{Error, Settings, System};
@@ -19,20 +18,20 @@ impl AdjointSweep {
     pub(crate) fn run(
         sweeps: &mut [AdjointSweep],
         system: &System,
-        forward: &mut ForwardSweep,
+        solved: &mut SolvedMotion,
         settings: &Settings,
         choose: impl Fn(usize, &mut CostFactors),
     ) -> Result<(), Error> {
-        let ForwardSweep { motion, stepper, monitor, watch, .. } = forward;
+        let SolvedMotion { motion, linearisation, report, watch } = solved;
         motion.trajectory.check_complete(&motion.inputs)?;
         for (k, sweep) in sweeps.iter_mut().enumerate() {
             sweep.begin(system, motion, settings)?;
             choose(k, &mut sweep.cost.factors);
         }
-        Self::back(sweeps, system, motion, &mut stepper.newton.linearisation, (0..motion.nodes(), watch))?;
+        Self::back(sweeps, system, motion, linearisation, (0..motion.nodes(), watch))?;
         for sweep in sweeps {
             sweep.is_recorded = sweep.record.is_some();
-            sweep.finish(system, &monitor.report)?;
+            sweep.finish(system, report)?;
         }
         Ok(())
     }

@@ -4,6 +4,7 @@ use super::Stepper;
 use super::monitor::Monitor;
 use super::restarting::Restarting;
 use crate::motion::{Motion, Watch};
+use crate::node::SolvedMotion;
 use crate::redundancy::Relaxed;
 use crate::{Scheme, System};
 
@@ -29,5 +30,11 @@ impl ForwardSweep {
             watch: Watch::default(),
             relaxed: None,
         }
+    }
+
+    /// The computed motion, for sweeps that differentiate it.
+    pub(crate) fn solved(&mut self) -> SolvedMotion<'_> {
+        let ForwardSweep { motion, stepper, monitor, watch, .. } = self;
+        SolvedMotion { motion, linearisation: &mut stepper.newton.linearisation, report: &monitor.report, watch }
     }
 }

@@ -10,6 +10,7 @@ mod linearisation;
 mod newton;
 mod predict;
 mod sizes;
+mod solved;
 mod step;
 mod transposed;
 
@@ -22,4 +23,5 @@ pub(crate) use linearisation::Linearisation;
 pub(crate) use newton::{Miss, Newton, SMALL, STILL};
 pub(crate) use predict::Predictor;
 pub(crate) use sizes::UnitWeights;
+pub(crate) use solved::SolvedMotion;
 pub(crate) use step::{StepFailure, Unknowns};

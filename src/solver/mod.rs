@@ -220,7 +220,7 @@ impl<'s> Solver<'s> {
 
     fn differentiate(&mut self, choose: impl Fn(usize, &mut CostFactors)) -> Result<&Gradient, Error> {
         let sweep = std::slice::from_mut(&mut self.sweep);
-        AdjointSweep::run(sweep, self.system, &mut self.forward, &self.settings, choose)?;
+        AdjointSweep::run(sweep, self.system, &mut self.forward.solved(), &self.settings, choose)?;
         Ok(&self.sweep.gradient)
     }
 
@@ -253,7 +253,7 @@ impl<'s> Solver<'s> {
         let rows = &mut rows[..outputs.len()];
         if !outputs.is_empty() {
             let settings = Settings { keep_adjoint: false, ..*settings };
-            AdjointSweep::run(rows, system, forward, &settings, |k, factors| factors.choose(1 + outputs[k]))?;
+            AdjointSweep::run(rows, system, &mut forward.solved(), &settings, |k, factors| factors.choose(1 + outputs[k]))?;
             sweep.report = Report::of_all(rows.iter_mut().map(|row| std::mem::take(&mut row.report)));
         }
         Ok(rows.iter().map(|row| &row.gradient))
@@ -294,7 +294,7 @@ impl<'s> Solver<'s> {
     pub fn push_forward(&mut self, direction: &Inputs) -> Result<DVector<f64>, Error> {
         let Solver { system, settings, forward, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
-        products.outputs(system, forward, direction)
+        products.outputs(system, forward.solved(), direction)
     }
 
     /// Exact product of the Hessian with a direction of the inputs ([`Inputs::no_change`]), at about the cost of a gradient. The Hessian is
@@ -323,7 +323,7 @@ impl<'s> Solver<'s> {
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
         let Solver { system, settings, forward, sweep, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
-        products.run(system, (forward, sweep), settings, direction)
+        products.run(system, (forward.solved(), sweep), settings, direction)
     }
 
     /// The adjoint variables of the last gradient, if [`Settings::keep_adjoint`] is set.

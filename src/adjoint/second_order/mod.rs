@@ -29,10 +29,9 @@ use crate::accelerations::AccelerationsOfCosts;
 use crate::adjoint::accuracy::Accuracy;
 use crate::adjoint::record::Record;
 use crate::adjoint::{AdjointSweep, Gradient};
-use crate::forward::ForwardSweep;
 use crate::motion::Motion;
 use crate::motion::Report;
-use crate::node::Linearisation;
+use crate::node::{Linearisation, SolvedMotion};
 use crate::system::{CostFactors, CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
 use changes::{AssemblyChange, RestartChange};
@@ -137,21 +136,20 @@ impl SecondOrderSweep {
     pub(crate) fn run(
         &mut self,
         system: &System,
-        (forward, first): (&mut ForwardSweep, &mut AdjointSweep),
+        (mut solved, first): (SolvedMotion, &mut AdjointSweep),
         settings: &Settings,
         direction: &Inputs,
     ) -> Result<&Gradient, Error> {
-        let motion = &forward.motion;
-        check(motion, direction)?;
+        check(solved.motion, direction)?;
         if !first.is_recorded {
             first.record.get_or_insert_default();
             let factors = first.cost.factors.clone();
             let again = |_, of: &mut CostFactors| of.copy_from(&factors);
-            AdjointSweep::run(std::slice::from_mut(first), system, forward, settings, again)?;
+            AdjointSweep::run(std::slice::from_mut(first), system, &mut solved, settings, again)?;
         }
         let AdjointSweep { record, cost, design, .. } = first;
         let first = First { record: record.get_or_insert_default(), factors: &cost.factors, design };
-        let (motion, linearisation) = (&forward.motion, &mut forward.stepper.newton.linearisation);
+        let SolvedMotion { motion, linearisation, .. } = solved;
         let unit = unit_of(direction);
         let scaled = (unit != 1.0).then(|| direction.along(direction, |d, _| d / unit));
         let direction = scaled.as_ref().unwrap_or(direction);
@@ -168,10 +166,9 @@ impl SecondOrderSweep {
     pub(crate) fn outputs(
         &mut self,
         system: &System,
-        forward: &mut ForwardSweep,
+        SolvedMotion { motion, linearisation, .. }: SolvedMotion,
         direction: &Inputs,
     ) -> Result<DVector<f64>, Error> {
-        let (motion, linearisation) = (&forward.motion, &mut forward.stepper.newton.linearisation);
         check(motion, direction)?;
         self.begin(system, motion, linearisation, direction)?;
         self.forward(system, motion, linearisation)?;
