@@ -21,7 +21,7 @@ use crate::model::{Control, Coordinate, Design, Drawn, Frame, Multiplier, Param,
 use crate::number::guarded;
 use crate::program::{Obstacle, Symbol, record};
 use crate::system::{
-    AnyElement, Applied, Connections, Holonomic, Kinetic, Parts, PlacedElement, Potential, Required, Restricted, Typed,
+    AnyElement, Applied, Connections, Fixed, Holonomic, Kinetic, Parts, PlacedElement, Potential, Required, Restricted,
 };
 use crate::{Error, System};
 pub use costs::EndState;
@@ -192,7 +192,7 @@ impl Scene {
     ) where
         E: KineticEnergy<N, P>,
     {
-        self.insert(name, Typed::<_, N, 0, 0, P>(Kinetic(element)), (&q, 0..0), &[], &b);
+        self.insert(name, Kinetic::<Fixed<_, N, 0, 0, P>, N>::fixed(element), (&q, 0..0), &[], &b);
     }
 
     /// Adds a potential energy V(q, t; b).
@@ -205,7 +205,7 @@ impl Scene {
     ) where
         E: PotentialEnergy<N, P>,
     {
-        self.insert(name, Typed::<_, N, 0, 0, P>(Potential(element)), (&q, 0..0), &[], &b);
+        self.insert(name, Potential::<Fixed<_, N, 0, 0, P>, N>::fixed(element), (&q, 0..0), &[], &b);
     }
 
     /// Adds a generalized force Q(q, v, u, t; b).
@@ -219,7 +219,7 @@ impl Scene {
     ) where
         E: Force<N, K, P>,
     {
-        self.insert(name, Typed::<_, N, 0, K, P>(Applied(element)), (&q, 0..0), &u, &b);
+        self.insert(name, Applied::<Fixed<_, N, 0, K, P>, N>::fixed(element), (&q, 0..0), &u, &b);
     }
 
     /// Adds a holonomic constraint Φ(q, t; b) = 0 and returns its multipliers, for costs on σ.
@@ -234,7 +234,7 @@ impl Scene {
         E: Constraint<N, M, P>,
     {
         let equations = self.equations(name, M);
-        self.insert(name, Typed::<_, N, M, 0, P>(Holonomic(element)), (&q, equations.clone()), &[], &b);
+        self.insert(name, Holonomic::<Fixed<_, N, M, 0, P>, N>::fixed(element), (&q, equations.clone()), &[], &b);
         self.multipliers(equations.start)
     }
 

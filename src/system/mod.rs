@@ -14,9 +14,8 @@ pub(crate) use compile::{Parts, Required};
 pub use compiled::System;
 pub(crate) use cost::{Beside, CostFactors, CostRows, CostSecondOrder, Depends, GivenWeights, PlacedCost, Weights};
 pub(crate) use formula::{
-    AnyElement, Applied, Connections, Covector, ElementKind, Entry, Fixed, Holonomic, InputRows, Kinetic, ListApplied,
-    ListHolonomic, ListKinetic, ListPotential, NodeValues, NodeView, Pair, PlacedElement, Positions, Potential, Restricted,
-    StateRows, Sums, Typed, Within,
+    AnyElement, Applied, Connections, Covector, ElementKind, Entry, Fixed, Holonomic, InputRows, Kinetic, NodeValues,
+    NodeView, Pair, PlacedElement, Positions, Potential, Restricted, SEEDS, StateRows, Sums, Within,
 };
 pub(crate) use report::Order;
 #[cfg(test)]

@@ -10,7 +10,7 @@ use super::joints::{axis, points};
 use crate::model::element::ForcePoint;
 use crate::model::{Frame, Point, Shape};
 use crate::scene::ready::Kind;
-use crate::system::{Applied, Potential, Typed};
+use crate::system::{Applied, Fixed, Potential};
 use crate::{Control, Force, Param, PotentialEnergy, Scalar, Scene};
 
 /// A linear spring between two points: V = ½ c (|d| − l₀)²; b = [s_a, s_b, c, l₀].
@@ -226,7 +226,7 @@ impl Scene {
     ) where
         E: PotentialEnergy<6, P>,
     {
-        let formula = Typed::<_, 6, 0, 0, P>(Potential(element));
+        let formula = Potential::<Fixed<_, 6, 0, 0, P>, 6>::fixed(element);
         self.between(name, formula, (frames, ends), (0..0, &[]), &parameters);
     }
 
@@ -240,7 +240,7 @@ impl Scene {
     ) where
         E: Force<6, K, P>,
     {
-        let formula = Typed::<_, 6, 0, K, P>(Applied(element));
+        let formula = Applied::<Fixed<_, 6, 0, K, P>, 6>::fixed(element);
         self.between(name, formula, (frames, ends), (0..0, &u), &parameters);
     }
 }

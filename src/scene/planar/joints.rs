@@ -7,7 +7,7 @@ use super::ground::Ends;
 use super::motion::{Motion, with_motion};
 use crate::model::{Frame, Point, Shape};
 use crate::scene::ready::Kind;
-use crate::system::{Holonomic, Typed};
+use crate::system::{Fixed, Holonomic};
 use crate::{Constraint, Multiplier, Param, Scalar, Scene};
 
 /// A hinge: the points coincide, Φ = r_b + R_b s_b − r_a − R_a s_a; b = [s_a, s_b].
@@ -160,7 +160,7 @@ impl Scene {
     where
         E: Constraint<6, M, P>,
     {
-        let formula = Typed::<_, 6, M, 0, P>(Holonomic(element));
+        let formula = Holonomic::<Fixed<_, 6, M, 0, P>, 6>::fixed(element);
         let first = self.parts.equations;
         if self.between(name, formula, (frames, ends), (first..first + M, &[]), &parameters) {
             self.equations(name, M);

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::system::verify_tests::hold_element;
-use crate::system::{Applied, Holonomic, Kinetic, Potential, Typed};
+use crate::system::{Applied, Fixed, Holonomic, Kinetic, Potential};
 
 /// y = b x².
 #[derive(Clone, Copy)]
@@ -16,9 +16,9 @@ impl Curve<1> for Parabola {
 
 macro_rules! between_bodies {
     ($($kind:ident, $element:expr, $m:literal, $k:literal, $p:literal;)*) => {$(
-        hold_element::<_, $p>(|| Typed::<_, 6, $m, $k, $p>($kind($element)), &[], stringify!($element));
-        hold_element::<_, $p>(|| Typed::<_, 6, $m, $k, $p>($kind($element)), &[3, 4, 5], concat!(stringify!($element), " from ground"));
-        hold_element::<_, $p>(|| Typed::<_, 6, $m, $k, $p>($kind($element)), &[0, 1, 2], concat!(stringify!($element), " to ground"));
+        hold_element::<_, $p>(|| $kind::<Fixed<_, 6, $m, $k, $p>, 6>::fixed($element), &[], stringify!($element));
+        hold_element::<_, $p>(|| $kind::<Fixed<_, 6, $m, $k, $p>, 6>::fixed($element), &[3, 4, 5], concat!(stringify!($element), " from ground"));
+        hold_element::<_, $p>(|| $kind::<Fixed<_, 6, $m, $k, $p>, 6>::fixed($element), &[0, 1, 2], concat!(stringify!($element), " to ground"));
     )*};
 }
 
@@ -49,26 +49,38 @@ fn programs_of_planar_elements_are_what_num_dual_makes_of_them() {
         Applied, Contact, 0, 0, 9;
         Potential, Bushing, 0, 0, 7;
     }
-    hold_element::<_, 2>(|| Typed::<_, 3, 0, 0, 2>(Kinetic(RigidBody)), &[], "RigidBody");
-    hold_element::<_, 5>(|| Typed::<_, 6, 1, 0, 5>(Holonomic(Distance)), &[0, 1, 2, 3, 4], "Distance to a particle");
-    hold_element::<_, 5>(|| Typed::<_, 6, 0, 0, 5>(Applied(Damper)), &[0, 1, 3, 4, 5], "Damper from a particle");
+    hold_element::<_, 2>(|| Kinetic::<Fixed<_, 3, 0, 0, 2>, 3>::fixed(RigidBody), &[], "RigidBody");
+    hold_element::<_, 5>(
+        || Holonomic::<Fixed<_, 6, 1, 0, 5>, 6>::fixed(Distance),
+        &[0, 1, 2, 3, 4],
+        "Distance to a particle",
+    );
+    hold_element::<_, 5>(|| Applied::<Fixed<_, 6, 0, 0, 5>, 6>::fixed(Damper), &[0, 1, 3, 4, 5], "Damper from a particle");
     hold_element::<_, 6>(
-        || Typed::<_, 6, 0, 0, 6>(Potential(LinearSpring)),
+        || Potential::<Fixed<_, 6, 0, 0, 6>, 6>::fixed(LinearSpring),
         &[0, 1, 3, 4],
         "LinearSpring between particles",
     );
-    hold_element::<_, 5>(|| Typed::<_, 6, 0, 0, 5>(Applied(Damper)), &[3, 4], "Damper from ground to a particle");
-    hold_element::<_, 5>(|| Typed::<_, 6, 1, 0, 5>(Holonomic(Distance)), &[0, 1], "Distance from a particle to ground");
-    hold_element::<_, 9>(|| Typed::<_, 6, 0, 0, 9>(Applied(Contact)), &[0, 1, 3, 4], "Contact between particles");
+    hold_element::<_, 5>(|| Applied::<Fixed<_, 6, 0, 0, 5>, 6>::fixed(Damper), &[3, 4], "Damper from ground to a particle");
+    hold_element::<_, 5>(
+        || Holonomic::<Fixed<_, 6, 1, 0, 5>, 6>::fixed(Distance),
+        &[0, 1],
+        "Distance from a particle to ground",
+    );
+    hold_element::<_, 9>(|| Applied::<Fixed<_, 6, 0, 0, 9>, 6>::fixed(Contact), &[0, 1, 3, 4], "Contact between particles");
     hold_element::<_, 12>(
-        || Typed::<_, 6, 1, 0, 12>(Holonomic(PointOnCurve::<_, 1>(Parabola))),
+        || Holonomic::<Fixed<_, 6, 1, 0, 12>, 6>::fixed(PointOnCurve::<_, 1>(Parabola)),
         &[3, 4],
         "PointOnCurve of a particle",
     );
-    hold_element::<_, 1>(|| Typed::<_, 2, 0, 0, 1>(Kinetic(PointMass)), &[], "PointMass");
-    hold_element::<_, 3>(|| Typed::<_, 2, 1, 0, 3>(Holonomic(Gear)), &[], "Gear");
-    hold_element::<_, 3>(|| Typed::<_, 3, 1, 0, 3>(Holonomic(Rack)), &[], "Rack");
-    hold_element::<_, 11>(|| Typed::<_, 3, 0, 0, 11>(Applied(AppliedForce::<_, 4>(Harmonic))), &[], "AppliedForce");
-    hold_element::<_, 4>(|| Typed::<_, 1, 0, 0, 4>(Applied(AppliedTorque(Harmonic))), &[], "AppliedTorque");
-    hold_element::<_, 3>(|| Typed::<_, 2, 0, 0, 3>(Potential(Weight)), &[], "Weight");
+    hold_element::<_, 1>(|| Kinetic::<Fixed<_, 2, 0, 0, 1>, 2>::fixed(PointMass), &[], "PointMass");
+    hold_element::<_, 3>(|| Holonomic::<Fixed<_, 2, 1, 0, 3>, 2>::fixed(Gear), &[], "Gear");
+    hold_element::<_, 3>(|| Holonomic::<Fixed<_, 3, 1, 0, 3>, 3>::fixed(Rack), &[], "Rack");
+    hold_element::<_, 11>(
+        || Applied::<Fixed<_, 3, 0, 0, 11>, 3>::fixed(AppliedForce::<_, 4>(Harmonic)),
+        &[],
+        "AppliedForce",
+    );
+    hold_element::<_, 4>(|| Applied::<Fixed<_, 1, 0, 0, 4>, 1>::fixed(AppliedTorque(Harmonic)), &[], "AppliedTorque");
+    hold_element::<_, 3>(|| Potential::<Fixed<_, 2, 0, 0, 3>, 2>::fixed(Weight), &[], "Weight");
 }

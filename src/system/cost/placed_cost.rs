@@ -14,7 +14,7 @@ use crate::model::element::{ListCost, Sum};
 use crate::number::{Hyper, hyper, hyper_parts};
 use crate::program::Obstacle;
 use crate::system::formula::{
-    AnyCost, Argument, Connections, CostOfLists, NodeView, Number, Placed, SEEDS, Shape, Slot, Values, Wide, seeded, value,
+    AnyCost, Argument, Connections, CostOfLists, NodeView, Number, Placed, SEEDS, Shape, Slot, Values, Wide, value,
 };
 
 /// A cost and the arguments it is connected to.
@@ -210,8 +210,10 @@ impl PlacedCost {
     fn dual_gradient(&self, at: &NodeView<f64>, weight: f64, rows: &mut CostRows) -> f64 {
         let (_, mut slopes) = rows.memory_and_slopes();
         for seeds in self.all_variables().chunks(SEEDS) {
-            let number =
-                |slot| seeded(Wide::from_re(self.of.to.read(at, slot)), seeds.iter().position(|seed| *seed == slot));
+            let number = |slot| {
+                let x = Wide::from_re(self.of.to.read(at, slot));
+                seeds.iter().position(|seed| *seed == slot).map_or(x, |k| x.derivative(k))
+            };
             let cost = value::<Wide<f64>>(&*self.of.formula, &number);
             for (k, slot) in seeds.iter().enumerate() {
                 let (argument, factor) = self.of.to.argument(*slot);

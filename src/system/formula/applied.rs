@@ -1,70 +1,81 @@
 //! Generalized forces Q(q, v, u, t) and their tangents Q_q, Q_v.
 
-use nalgebra::SVector;
 use num_dual::DualSVec64;
 
-use super::jet::{FirstDerivatives, Jet, Local};
+use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::typed::{each, vector};
-use crate::model::element::ForcePoint;
-use crate::{Force, Scalar};
+use super::on_numbers::{AnyElement, List, OnNumbers, Read, Values, parts, place, with_lists, with_memory};
+use super::shape::{Shape, Slot};
+use crate::Scalar;
+use crate::model::element::{ListForce, ListForcePoint};
 
-/// An applied force: adds Q to the right-hand side of Eq. (1b).
-pub struct Applied<E>(pub E);
+/// An applied force on n coordinates with k controls and p constants: adds Q to the right-hand side of Eq. (1b). `WIDTH` derivatives are
+/// computed at once.
+pub struct Applied<E, const WIDTH: usize> {
+    pub force: E,
+    pub n: usize,
+    pub k: usize,
+    pub p: usize,
+}
 
-impl<E> Applied<E> {
-    fn force<S: Scalar, const N: usize, const K: usize, const P: usize>(
-        &self,
-        q: SVector<S, N>,
-        v: SVector<S, N>,
-        at: &Local<f64, N, 0, K>,
-        b: &SVector<f64, P>,
-    ) -> SVector<S, N>
-    where
-        E: Force<N, K, P>,
-    {
-        self.0.force(&ForcePoint { q, v, u: each(&at.u, S::from), t: S::from(at.t) }, &each(b, S::from))
+impl<E: ListForce, S: Scalar, const WIDTH: usize> Values<S> for Applied<E, WIDTH> {
+    fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
+        let lists: [List; 4] = [(Slot::Q, self.n), (Slot::V, self.n), (Slot::U, self.k), (Slot::B, self.p)];
+        with_lists(read, lists, &mut |[q, v, u, b]| {
+            with_memory(self.n, &mut |force: &mut [S]| {
+                self.force.force(&ListForcePoint { q, v, u, t: read(Slot::T) }, b, force);
+                force.iter().for_each(|component| put(*component));
+            });
+        });
     }
 }
 
-impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> Jet<N, 0, K, P> for Applied<E> {
-    const KIND: ElementKind = ElementKind::Applied;
-
-    fn first<R: Number>(&self, at: &Local<R, N, 0, K>, b: &SVector<R, P>) -> FirstDerivatives<R, N, 0> {
-        let force = self.0.force(&ForcePoint { q: at.q, v: at.v, u: at.u, t: at.t }, b);
-        FirstDerivatives { force, ..FirstDerivatives::zero() }
-    }
-
-    fn values<S: Scalar>(&self, at: &Local<S, N, 0, K>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
-        let force = self.0.force(&ForcePoint { q: at.q, v: at.v, u: at.u, t: at.t }, b);
-        force.iter().for_each(|component| put(*component));
-    }
-
-    fn blocks(
-        &self,
-        at: &Local<f64, N, 0, K>,
-        b: &SVector<f64, P>,
-        first: &mut FirstDerivatives<f64, N, 0>,
-        blocks: &mut [f64],
-    ) {
-        blocks.fill(0.0);
-        let (q_v, q_q) = blocks.split_at_mut(N * N);
-        put(&self.force(each(&at.q, From::from), seeded(&at.v), at, b), q_v);
-        first.force += put(&self.force(seeded(&at.q), each(&at.v, From::from), at, b), q_q);
+impl<E: ListForce, R: Number, const WIDTH: usize> OnNumbers<R> for Applied<E, WIDTH> {
+    fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
+        let mut components = (0..).map(Component::Force);
+        self.values(read, &mut |x| components.next().into_iter().for_each(|of| add(of, x)));
     }
 }
 
-/// The vector x as dual numbers, each component seeded with its own derivative.
-fn seeded<const N: usize>(x: &SVector<f64, N>) -> SVector<DualSVec64<N>, N> {
-    vector(|i| DualSVec64::from_re(x[i]).derivative(i))
+impl<E: ListForce, const WIDTH: usize> AnyElement for Applied<E, WIDTH> {
+    fn kind(&self) -> ElementKind {
+        ElementKind::Applied
+    }
+
+    fn shape(&self) -> Shape {
+        Shape { n: self.n, m: 0, k: self.k, p: self.p }
+    }
+
+    fn blocks(&self, read: Read<f64>, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
+        tangents::<WIDTH>(self, self.n, read, add, blocks);
+    }
 }
 
-/// Writes the gradients row by row and returns the values.
-fn put<const N: usize>(force: &SVector<DualSVec64<N>, N>, rows: &mut [f64]) -> SVector<f64, N> {
-    for (i, component) in force.iter().enumerate() {
-        if let Some(gradient) = component.eps.0 {
-            rows[i * N..][..N].copy_from_slice(gradient.as_slice());
-        }
+/// Adds Q, and writes Q_v and Q_q by rows: first derivatives alone, and the only ones of forces that branch.
+fn tangents<const WIDTH: usize>(
+    formula: &dyn Values<DualSVec64<WIDTH>>,
+    n: usize,
+    read: Read<f64>,
+    add: &mut dyn FnMut(Component, f64),
+    blocks: &mut [f64],
+) {
+    blocks.fill(0.0);
+    let lists: [fn(usize) -> Slot; 2] = [Slot::V, Slot::Q];
+    for (which, of, first) in (0..).zip(lists).flat_map(|(which, of)| parts::<WIDTH>(n).map(move |i| (which, of, i))) {
+        let block = &mut blocks[which * n * n..];
+        let seeded = |slot| {
+            let x = DualSVec64::from_re(read(slot));
+            place::<WIDTH>(slot, of, first).map_or(x, |k| x.derivative(k))
+        };
+        let mut rows = 0..;
+        formula.values(&seeded, &mut |force| {
+            let Some(row) = rows.next() else { return };
+            if (which, first) == (0, 0) {
+                add(Component::Force(row), force.re);
+            }
+            if let Some(slopes) = force.eps.0 {
+                (first..n).zip(&slopes).for_each(|(column, slope)| block[row * n + column] = *slope);
+            }
+        });
     }
-    each(force, |component| component.re)
 }

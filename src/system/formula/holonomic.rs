@@ -1,135 +1,162 @@
-//! Holonomic constraints: σᵀ dΦ/dt and all its derivatives, from Φ(q, t) alone.
+//! Holonomic constraints: from Φ(q, t) alone to σᵀ dΦ/dt and all its derivatives.
 //!
-//! Seed q with v and t with 1 in a dual number, q + ε v, t + ε. The ε-part of Φ is then dΦ/dt = Φ_q v + Φ_t. With these numbers as the
-//! inner numbers of a second-order dual in q, one evaluation of Φ yields
+//! Seed q with v and t with 1 in a dual number, q + ε v, t + ε: then Φ's ε-part is dΦ/dt = Φ_q v + Φ_t. Make these numbers the
+//! inner numbers of a second-order dual number in q, and one evaluation of Φ gives
 //!
 //! ```text
 //!   real part:  Φ, Φ_q, Φ_qq          ε-part:  dΦ/dt, (dΦ/dt)_q, (dΦ/dt)_qq
 //! ```
 
-use nalgebra::SVector;
-use num_dual::{Dual, Dual2SVec, Dual64, DualSVec};
+use nalgebra::Const;
+use num_dual::{Derivative, Dual, Dual64, DualSVec, HyperDualVec};
 
-use super::jet::{FirstDerivatives, Jet, Local};
+use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::typed::{each, vector};
-use crate::{Constraint, Scalar};
+use super::on_numbers::{AnyElement, OnNumbers, Read, Values, WIDE, by_columns, parts, place, with_lists, with_memory};
+use super::shape::{Shape, Slot};
+use crate::Scalar;
+use crate::model::element::ListConstraint;
 
-/// q + ε v, each component seeded with its own derivative. Compiled once per size rather than once per element.
-fn moving<R: Number, const N: usize>(q: &SVector<R, N>, v: &SVector<R, N>) -> SVector<Dual<DualSVec<R, N>>, N> {
-    vector(|i| Dual::new(DualSVec::from_re(q[i]).derivative(i), DualSVec::from_re(v[i])))
+/// A holonomic constraint of m equations on n coordinates with p constants: 𝓛_v = Φ_qᵀσ, 𝓛_q = (dΦ/dt)_qᵀσ. `WIDTH` derivatives
+/// are computed at once.
+pub struct Holonomic<E, const WIDTH: usize> {
+    pub constraint: E,
+    pub n: usize,
+    pub m: usize,
+    pub p: usize,
 }
 
-/// As [`moving`], with second derivatives.
-fn seeded<const N: usize>(q: &SVector<f64, N>, v: &SVector<f64, N>) -> SVector<Dual2SVec<Dual64, N>, N> {
-    vector(|i| Dual2SVec::from_re(Dual64::new(q[i], v[i])).derivative(i))
+impl<E: ListConstraint, S: Scalar, const WIDTH: usize> Values<S> for Holonomic<E, WIDTH> {
+    fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
+        with_lists(read, [(Slot::Q, self.n), (Slot::B, self.p)], &mut |[q, b]| {
+            with_memory(self.m, &mut |phi: &mut [S]| {
+                self.constraint.phi(q, b, read(Slot::T), phi);
+                phi.iter().for_each(|phi| put(*phi));
+            });
+        });
+    }
 }
 
-/// A holonomic constraint: 𝓛_v = Φ_qᵀσ, 𝓛_q = (dΦ/dt)_qᵀσ.
-pub struct Holonomic<E>(pub E);
+impl<E: ListConstraint, R: Number, const WIDTH: usize> OnNumbers<R> for Holonomic<E, WIDTH> {
+    fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
+        first::<R, WIDTH>(self, self.n, read, add);
+    }
 
-impl<E, const N: usize, const M: usize, const P: usize> Jet<N, M, 0, P> for Holonomic<E>
-where
-    E: Constraint<N, M, P>,
-{
-    const KIND: ElementKind = ElementKind::Holonomic;
+    fn phi(&self, read: Read<R>, put: &mut dyn FnMut(usize, R)) {
+        phi::<R, WIDTH>(self, read, put);
+    }
+}
 
-    fn first<R: Number>(&self, at: &Local<R, N, M, 0>, b: &SVector<R, P>) -> FirstDerivatives<R, N, M> {
-        let (q, b) = (moving(&at.q, &at.v), each(b, |b| Dual::from_re(DualSVec::from_re(b))));
-        let one = DualSVec::from_re(R::one());
-        let phi = self.0.phi(&q, &b, Dual::new(DualSVec::from_re(at.t), one));
-        let mut sums = FirstDerivatives::zero();
-        for (j, phi) in phi.iter().enumerate() {
-            sums.phi_dot[j] = phi.eps.re;
-            if let Some(phi_q) = phi.re.eps.0 {
-                sums.l_v += phi_q * at.sigma[j];
-            }
-            if let Some(phi_dot_q) = phi.eps.eps.0 {
-                sums.force += phi_dot_q * at.sigma[j];
-            }
+impl<E: ListConstraint, const WIDTH: usize> AnyElement for Holonomic<E, WIDTH> {
+    fn kind(&self) -> ElementKind {
+        ElementKind::Holonomic
+    }
+
+    fn blocks(&self, read: Read<f64>, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
+        if WIDTH > WIDE {
+            return by_columns(self, read, add, blocks);
         }
-        sums
+        second::<WIDTH>(self, (self.n, self.m), read, add, blocks);
     }
 
-    fn phi<R: Number>(&self, q: &SVector<R, N>, b: &SVector<R, P>, t: R) -> SVector<R, M> {
-        // On the numbers for which the formula is compiled anyway.
-        let still = |x: &SVector<R, N>| each(x, |x| Dual::from_re(DualSVec::<R, N>::from_re(x)));
-        let b = each(b, |b| Dual::from_re(DualSVec::from_re(b)));
-        each(&self.0.phi(&still(q), &b, Dual::from_re(DualSVec::from_re(t))), |phi| phi.re.re)
+    fn shape(&self) -> Shape {
+        Shape { n: self.n, m: self.m, k: 0, p: self.p }
     }
+}
 
-    fn values<S: Scalar>(&self, at: &Local<S, N, M, 0>, b: &SVector<S, P>, put: &mut dyn FnMut(S)) {
-        self.0.phi(&at.q, b, at.t).iter().for_each(|phi| put(*phi));
+/// Adds dΦ/dt, Φ_qᵀσ and (dΦ/dt)_qᵀσ.
+fn first<R: Number, const WIDTH: usize>(
+    formula: &dyn Values<Dual<DualSVec<R, WIDTH>>>,
+    n: usize,
+    read: Read<R>,
+    add: &mut dyn FnMut(Component, R),
+) {
+    for first in parts::<WIDTH>(n) {
+        let moving = |slot| {
+            let x = DualSVec::from_re(read(slot));
+            match slot {
+                Slot::Q(i) => {
+                    let x = place::<WIDTH>(slot, Slot::Q, first).map_or(x, |k| x.derivative(k));
+                    Dual::new(x, DualSVec::from_re(read(Slot::V(i))))
+                }
+                Slot::T => Dual::new(x, DualSVec::from_re(R::one())),
+                _ => Dual::from_re(x),
+            }
+        };
+        let mut equations = 0..;
+        formula.values(&moving, &mut |phi| {
+            let Some(j) = equations.next() else { return };
+            if first == 0 {
+                add(Component::Equation(j), phi.eps.re);
+            }
+            let sigma = read(Slot::Sigma(j));
+            let mut add_all = |of: fn(usize) -> Component, slopes: Derivative<R, _, _>| {
+                if let Some(slopes) = slopes.0 {
+                    (first..n).zip(&slopes).for_each(|(i, slope)| add(of(i), *slope * sigma));
+                }
+            };
+            add_all(Component::Momentum, phi.re.eps);
+            add_all(Component::Force, phi.eps.eps);
+        });
     }
+}
 
-    fn blocks(
-        &self,
-        at: &Local<f64, N, M, 0>,
-        b: &SVector<f64, P>,
-        first: &mut FirstDerivatives<f64, N, M>,
-        blocks: &mut [f64],
-    ) {
-        let phi = self.0.phi(&seeded(&at.q, &at.v), &each(b, From::from), Dual2SVec::from_re(Dual64::new(at.t, 1.0)));
+/// Writes Φ, on the numbers for which the formula is compiled anyway.
+fn phi<R: Number, const WIDTH: usize>(
+    formula: &dyn Values<Dual<DualSVec<R, WIDTH>>>,
+    read: Read<R>,
+    put: &mut dyn FnMut(usize, R),
+) {
+    let mut equations = 0..;
+    formula.values(&|slot| Dual::from_re(DualSVec::from_re(read(slot))), &mut |phi| {
+        equations.next().into_iter().for_each(|j| put(j, phi.re.re));
+    });
+}
 
-        blocks.fill(0.0);
-        let (phi_qq, rest) = blocks.split_at_mut(N * N);
-        let (phi_dot_qq, rest) = rest.split_at_mut(N * N);
-        let (phi_q, phi_dot_q) = rest.split_at_mut(M * N);
-        for (j, phi) in phi.iter().enumerate() {
-            let sigma = at.sigma[j];
-            first.phi_dot[j] += phi.re.eps;
-            if let Some(gradient) = phi.v1.0 {
-                for i in 0..N {
-                    first.l_v[i] += gradient[i].re * sigma;
-                    first.force[i] += gradient[i].eps * sigma;
-                    phi_q[j * N + i] = gradient[i].re;
-                    phi_dot_q[j * N + i] = gradient[i].eps;
+/// As [`first`], with σᵀΦ_qq, σᵀ(dΦ/dt)_qq, Φ_q and (dΦ/dt)_q.
+fn second<const WIDTH: usize>(
+    formula: &dyn Values<HyperDualVec<Dual64, Const<WIDTH>, Const<WIDTH>>>,
+    (n, m): (usize, usize),
+    read: Read<f64>,
+    add: &mut dyn FnMut(Component, f64),
+    blocks: &mut [f64],
+) {
+    blocks.fill(0.0);
+    let (phi_qq, rest) = blocks.split_at_mut(n * n);
+    let (phi_dot_qq, rest) = rest.split_at_mut(n * n);
+    let (phi_q, phi_dot_q) = rest.split_at_mut(m * n);
+    for (first, column) in parts::<WIDTH>(n).flat_map(|i| parts::<WIDTH>(n).map(move |j| (i, j))) {
+        let moving = |slot| {
+            let rate = match slot {
+                Slot::Q(i) => read(Slot::V(i)),
+                Slot::T => 1.0,
+                _ => 0.0,
+            };
+            let x = HyperDualVec::<_, Const<WIDTH>, Const<WIDTH>>::from_re(Dual64::new(read(slot), rate));
+            let x = place::<WIDTH>(slot, Slot::Q, first).map_or(x, |k| x.derivative1(k));
+            place::<WIDTH>(slot, Slot::Q, column).map_or(x, |k| x.derivative2(k))
+        };
+        let mut equations = 0..;
+        formula.values(&moving, &mut |phi| {
+            let Some(j) = equations.next() else { return };
+            let sigma = read(Slot::Sigma(j));
+            if (first, column) == (0, 0) {
+                add(Component::Equation(j), phi.re.eps);
+            }
+            if let Some(slopes) = phi.eps1.0.filter(|_| column == 0) {
+                for (i, slope) in (first..n).zip(&slopes) {
+                    add(Component::Momentum(i), slope.re * sigma);
+                    add(Component::Force(i), slope.eps * sigma);
+                    (phi_q[j * n + i], phi_dot_q[j * n + i]) = (slope.re, slope.eps);
                 }
             }
-            if let Some(hessian) = phi.v2.0 {
-                for ((entry, entry_dot), second) in phi_qq.iter_mut().zip(phi_dot_qq.iter_mut()).zip(hessian.iter()) {
-                    *entry += second.re * sigma;
-                    *entry_dot += second.eps * sigma;
+            let Some(second) = phi.eps1eps2.0 else { return };
+            for (i, row) in (first..n).zip(second.row_iter()) {
+                for (k, x) in (column..n).zip(&row) {
+                    phi_qq[i * n + k] += x.re * sigma;
+                    phi_dot_qq[i * n + k] += x.eps * sigma;
                 }
             }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Φ = (x sin y, y² + t x), with all derivatives by hand.
-    struct Sample;
-    impl Constraint<2, 2> for Sample {
-        fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, t: S) -> SVector<S, 2> {
-            SVector::from([q[0] * q[1].sin(), q[1] * q[1] + t * q[0]])
-        }
-    }
-
-    #[test]
-    fn blocks_are_the_hand_derived_ones_and_agree_with_the_plain_formula() {
-        let (x, y, dx, dy, t) = (0.7, 0.4, -1.3, 2.1, 0.9);
-        let sigma = SVector::from([1.5, -0.25]);
-        let at = Local { q: SVector::from([x, y]), v: SVector::from([dx, dy]), sigma, u: SVector::zeros(), t };
-        let jet = Holonomic(Sample);
-        let mut first = FirstDerivatives::zero();
-        let mut blocks = [0.0; 16];
-        jet.blocks(&at, &SVector::zeros(), &mut first, &mut blocks);
-        let plain = jet.first(&at, &SVector::zeros());
-        assert!((first.l_v - plain.l_v).norm() < 1e-15 && (first.force - plain.force).norm() < 1e-15);
-        assert!((first.phi_dot - plain.phi_dot).norm() < 1e-15);
-
-        let (s, c) = f64::sin_cos(y);
-        let expected = [
-            [0.0, c * sigma[0], c * sigma[0], -x * s * sigma[0] + 2.0 * sigma[1]],
-            [0.0, -s * dy * sigma[0], -s * dy * sigma[0], (-dx * s - x * c * dy) * sigma[0]],
-            [s, x * c, t, 2.0 * y],
-            [c * dy, dx * c - x * s * dy, 1.0, 2.0 * dy],
-        ];
-        for (got, expected) in blocks.iter().zip(expected.as_flattened()) {
-            assert!((got - expected).abs() < 1e-15, "{blocks:?}");
-        }
+        });
     }
 }

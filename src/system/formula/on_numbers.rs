@@ -1,9 +1,9 @@
 //! An element behind a trait that hides its type, and the memory in which formulas of lists find their arguments.
 //!
-//! Formulas of fixed lengths carry all derivatives of an element at once (`typed.rs`). For formulas of lists these lengths are unknown to the compiler:
-//! their numbers carry [`SEEDS`] derivatives at once, and an element is evaluated several times.
+//! Formulas of fixed lengths are evaluated on numbers that carry the derivatives with respect to all coordinates of the element. For lists their number is
+//! unknown to the compiler: the numbers carry [`SEEDS`] derivatives at once, and the formula is evaluated several times.
 
-use num_dual::DualSVec;
+use num_dual::{DualSVec, HyperDualSVec64};
 
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
@@ -12,8 +12,11 @@ use crate::number::{Fingerprint, Hyper, Slope, hyper, hyper_parts};
 use crate::program::Symbol;
 use crate::{Cx, Scalar};
 
-/// Number of derivatives that a [`Wide`] number carries.
+/// Number of derivatives that are computed at once for formulas of lists.
 pub const SEEDS: usize = 4;
+
+/// The second derivatives of elements with more coordinates are computed column by column: all at once, they would fill the stack.
+pub const WIDE: usize = 24;
 
 /// A number with derivatives with respect to [`SEEDS`] arguments.
 pub type Wide<R> = DualSVec<R, SEEDS>;
@@ -51,26 +54,64 @@ pub trait AnyElement: OnNumbers<Cx> + OnNumbers<Slope> + OnNumbers<Hyper> + Reco
     fn blocks(&self, read: Read<f64>, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]);
 }
 
-/// The derivatives of a single value with respect to the arguments `of(0)`, …, `of(count − 1)`.
-pub fn gradient<R: Number>(
-    formula: &dyn Values<Wide<R>>,
-    (of, count): (fn(usize) -> Slot, usize),
+/// A list of arguments.
+pub type List = (fn(usize) -> Slot, usize);
+
+/// The place of an argument among the `WIDTH` ones of a list that begin with number `first`.
+pub fn place<const WIDTH: usize>(slot: Slot, of: fn(usize) -> Slot, first: usize) -> Option<usize> {
+    let i = slot.index();
+    (of(i) == slot && (first..first + WIDTH).contains(&i)).then(|| i - first)
+}
+
+/// The numbers with which parts of `WIDTH` arguments of a list begin; one part if the list is empty.
+pub fn parts<const WIDTH: usize>(len: usize) -> impl Iterator<Item = usize> {
+    (0..len.max(1)).step_by(WIDTH.max(1))
+}
+
+/// The derivatives of a single value with respect to the arguments of a list.
+pub fn gradient<R: Number, const WIDTH: usize>(
+    formula: &dyn Values<DualSVec<R, WIDTH>>,
+    (of, len): List,
     read: Read<R>,
     put: &mut dyn FnMut(usize, R),
 ) {
-    for first in (0..count).step_by(SEEDS) {
-        let seeded = |slot| seeded(Wide::from_re(read(slot)), (first..count).take(SEEDS).position(|i| of(i) == slot));
+    for first in parts::<WIDTH>(len) {
+        let seeded = |slot| {
+            let x = DualSVec::from_re(read(slot));
+            place::<WIDTH>(slot, of, first).map_or(x, |k| x.derivative(k))
+        };
         formula.values(&seeded, &mut |value| {
             if let Some(slopes) = value.eps.0 {
-                (first..count).zip(&slopes).for_each(|(i, slope)| put(i, *slope));
+                (first..len).zip(&slopes).for_each(|(i, slope)| put(i, *slope));
             }
         });
     }
 }
 
-/// A number that is differentiated by itself, if it is one of those.
-pub fn seeded<R: Number>(x: Wide<R>, which: Option<usize>) -> Wide<R> {
-    which.map_or(x, |k| x.derivative(k))
+/// The second derivatives of a single value with respect to the arguments of two lists, row by row, and the first ones with respect to the first list.
+pub fn hessian<const WIDTH: usize>(
+    formula: &dyn Values<HyperDualSVec64<WIDTH, WIDTH>>,
+    [(row, rows), (column, columns)]: [List; 2],
+    read: Read<f64>,
+    put_first: &mut dyn FnMut(usize, f64),
+    block: &mut [f64],
+) {
+    for (first, first_column) in parts::<WIDTH>(rows).flat_map(|i| parts::<WIDTH>(columns).map(move |j| (i, j))) {
+        let seeded = |slot| {
+            let x = HyperDualSVec64::from_re(read(slot));
+            let x = place::<WIDTH>(slot, row, first).map_or(x, |k| x.derivative1(k));
+            place::<WIDTH>(slot, column, first_column).map_or(x, |k| x.derivative2(k))
+        };
+        formula.values(&seeded, &mut |value| {
+            if let Some(slopes) = value.eps1.0.filter(|_| first_column == 0) {
+                (first..rows).zip(&slopes).for_each(|(i, slope)| put_first(i, *slope));
+            }
+            let Some(second) = value.eps1eps2.0 else { return };
+            for (i, row) in (first..rows).zip(second.row_iter()) {
+                (first_column..columns).zip(&row).for_each(|(j, x)| block[i * columns + j] = *x);
+            }
+        });
+    }
 }
 
 /// The blocks one coordinate after the other: along the coordinate by one direction of hyper-dual numbers, along its velocity by the other.

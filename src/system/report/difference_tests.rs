@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::verify::Draw;
 use super::verify_tests::{Random, bound, hold};
 use crate::model::Param;
-use crate::system::formula::{Applied, Holonomic, Kinetic, Potential, Typed};
+use crate::system::formula::{Applied, Fixed, Holonomic, Kinetic, Potential};
 use crate::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scalar};
 
 /// A formula of two differences of four coordinates, and of the fifth if there is one; `reversed` swaps the terms of each difference.
@@ -67,10 +67,10 @@ fn programs_of_differences_are_what_num_dual_makes_of_them() {
         let design = [0.7 * draw.number()];
         let with = ([bound(), Param::from(draw.number())], design.as_slice());
         let held = [
-            hold((Typed::<_, 4, 0, 0, 2>(Kinetic(kinetic)), &[]), &mut draw, &names[0], with),
-            hold((Typed::<_, 5, 0, 0, 2>(Potential(potential)), &[]), &mut draw, &names[1], with),
-            hold((Typed::<_, 4, 0, 1, 2>(Applied(applied)), &[]), &mut draw, &names[2], with),
-            hold((Typed::<_, 5, 2, 0, 2>(Holonomic(holonomic)), &[]), &mut draw, &names[3], with),
+            hold((Kinetic::<Fixed<_, 4, 0, 0, 2>, 4>::fixed(kinetic), &[]), &mut draw, &names[0], with),
+            hold((Potential::<Fixed<_, 5, 0, 0, 2>, 5>::fixed(potential), &[]), &mut draw, &names[1], with),
+            hold((Applied::<Fixed<_, 4, 0, 1, 2>, 4>::fixed(applied), &[]), &mut draw, &names[2], with),
+            hold((Holonomic::<Fixed<_, 5, 2, 0, 2>, 5>::fixed(holonomic), &[]), &mut draw, &names[3], with),
         ];
         for (kind, held) in held.into_iter().enumerate() {
             said += held.points;

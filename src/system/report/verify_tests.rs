@@ -6,8 +6,8 @@ use std::sync::Arc;
 use super::verify::{Compared, Draw};
 use crate::model::{Design, Param, SceneTag};
 use crate::system::formula::{
-    AnyElement, Applied, Block, Connections, Covector, Element, ElementKind, Entry, Holonomic, Kinetic, NodeValues,
-    NodeView, PlacedElement, Potential, Recordings, Restricted, Shape, Typed,
+    AnyElement, Applied, Block, Connections, Covector, Element, ElementKind, Entry, Fixed, Holonomic, Kinetic, NodeValues,
+    NodeView, PlacedElement, Potential, Recordings, Restricted, Shape,
 };
 use crate::system::tangent::Constants;
 use crate::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy, Scalar};
@@ -240,7 +240,7 @@ impl Force<2, 0, 1> for OnTheCut {
 
 #[test]
 fn angles_are_on_the_same_side_of_the_cut() {
-    let element = placed(Typed::<_, 2, 0, 0, 1>(Applied(OnTheCut)), &[], "on the cut", [Param::from(0.7)]);
+    let element = placed(Applied::<Fixed<_, 2, 0, 0, 1>, 2>::fixed(OnTheCut), &[], "on the cut", [Param::from(0.7)]);
     let q = [0.3, 0.3];
     let at = NodeView::of_equations([&q, &[0.0; 2], &[]], (&[], 0.0, &[]));
     let shape = Shape { n: 2, m: 0, k: 0, p: 1 };
@@ -264,10 +264,10 @@ fn programs_of_random_formulas_are_what_num_dual_makes_of_them() {
         let design = [0.7 * draw.number()];
         let b = [bound(), Param::from(draw.number())];
         let with = (b, design.as_slice());
-        said += hold((Typed::<_, 2, 0, 0, 2>(Kinetic(kinetic)), &[]), &mut draw, &names[0], with).points;
-        said += hold((Typed::<_, 3, 0, 0, 2>(Potential(potential)), &[]), &mut draw, &names[1], with).points;
-        said += hold((Typed::<_, 2, 0, 1, 2>(Applied(applied)), &[]), &mut draw, &names[2], with).points;
-        said += hold((Typed::<_, 3, 2, 0, 2>(Holonomic(holonomic)), &[]), &mut draw, &names[3], with).points;
+        said += hold((Kinetic::<Fixed<_, 2, 0, 0, 2>, 2>::fixed(kinetic), &[]), &mut draw, &names[0], with).points;
+        said += hold((Potential::<Fixed<_, 3, 0, 0, 2>, 3>::fixed(potential), &[]), &mut draw, &names[1], with).points;
+        said += hold((Applied::<Fixed<_, 2, 0, 1, 2>, 2>::fixed(applied), &[]), &mut draw, &names[2], with).points;
+        said += hold((Holonomic::<Fixed<_, 3, 2, 0, 2>, 3>::fixed(holonomic), &[]), &mut draw, &names[3], with).points;
     }
     assert!(said > 12 * formulas, "{said} of {} points are conclusive", 16 * formulas);
 }
