@@ -119,12 +119,11 @@ impl Form {
 
     /// Description of the piece of the formula that a variant omits.
     pub fn name(&self, variant: &Variant, arguments: &[String]) -> String {
-        let words = |node: Node| words(&self.graph, node, arguments, DEPTH);
-        let of = words(variant.of);
+        let [node, of] = [variant.node, variant.of].map(|node| self.graph.text(node, arguments, DEPTH).replace('`', ""));
         match variant.window {
-            [low, _] if low > 0.0 && variant.is_side() => format!("`{}` where {of} > 0", words(variant.node)),
-            _ if variant.is_side() => format!("`{}` where {of} < 0", words(variant.node)),
-            _ => format!("`{}` near {of} = {}", words(variant.node), variant.goals[0]),
+            [low, _] if low > 0.0 && variant.is_side() => format!("`{node}` where {of} > 0"),
+            _ if variant.is_side() => format!("`{node}` where {of} < 0"),
+            _ => format!("`{node}` near {of} = {}", variant.goals[0]),
         }
     }
 
@@ -180,29 +179,6 @@ impl Variant {
 fn are_alike(values: &[f64], [x, y]: [Node; 2]) -> bool {
     let ratio = (values[x.index()] / values[y.index()]).abs();
     (1.0 / ALIKE..ALIKE).contains(&ratio)
-}
-
-/// An expression in mathematical notation, with the names of its inputs; abbreviated below `depth`.
-fn words(graph: &Graph, node: Node, names: &[String], depth: usize) -> String {
-    use Expression::*;
-    let expression = graph.expression(node);
-    let argument = |x: Node| if depth == 0 { "…".into() } else { words(graph, x, names, depth - 1) };
-    let list: Vec<String> = expression.arguments().map(argument).collect();
-    match expression {
-        Constant(bits) => f64::from_bits(bits).to_string(),
-        Input(which) => names[which as usize].replace('`', ""),
-        Of(Function::Negative, _) => format!("−{}", list[0]),
-        Of(function, _) => format!("{}({})", format!("{function:?}").to_lowercase(), list[0]),
-        Add(..) => format!("({})", list.join(" + ")),
-        Subtract(..) => format!("({})", list.join(" − ")),
-        Multiply(..) => list.join(" · "),
-        IntegerPower(_, n) => format!("{}^{n}", list[0]),
-        Max(..) => format!("max({})", list.join(", ")),
-        Min(..) => format!("min({})", list.join(", ")),
-        other => {
-            format!("{}({})", format!("{other:?}").split('(').next().unwrap_or_default().to_lowercase(), list.join(", "))
-        }
-    }
 }
 
 /// The results that depend on a node.

@@ -27,8 +27,8 @@ pub(crate) trait Formula {
         self.value(x).into_iter().map(|y| y * s).collect()
     }
 
-    /// Graph of the branch taken at x, and the nodes of f. `None` if the formula cannot be recorded.
-    fn record(&self, _x: &[f64]) -> Option<(Graph, Vec<Node>)> {
+    /// The nodes of f, formed from the recorded results of its function. `None` if f cannot be recorded.
+    fn nodes(&self, _graph: &mut Graph, _made_of: Vec<Node>) -> Option<Vec<Node>> {
         None
     }
 }
@@ -63,7 +63,9 @@ impl<F: Formula> Differentiable for F {
     }
 
     fn derived_graph(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
-        self.record(&x[..x.len().saturating_sub(1)])
+        let (mut graph, made_of) = self.recorded(x, &vec![false; x.len()])?;
+        let results = self.nodes(&mut graph, made_of)?;
+        Some((graph, results))
     }
 
     fn recorded(&self, x: &[f64], is_fixed: &[bool]) -> Option<(Graph, Vec<Node>)> {
@@ -75,14 +77,6 @@ impl<F: Formula> Differentiable for F {
         })?;
         Some(graph.without_signs(&results))
     }
-}
-
-fn record(function: &impl Function, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
-    let (graph, results) = record_branch(|result| {
-        let symbols: Vec<Symbol> = x.iter().enumerate().map(|(k, &x)| Symbol::input(k, x)).collect();
-        function.value(&symbols).into_iter().for_each(result);
-    })?;
-    Some(graph.without_signs(&results))
 }
 
 /// The quantity formed from a function f before it is differentiated.
@@ -99,8 +93,8 @@ impl<F: Function> Formula for &F {
         Function::value(*self, x)
     }
 
-    fn record(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
-        record(*self, x)
+    fn nodes(&self, _: &mut Graph, made_of: Vec<Node>) -> Option<Vec<Node>> {
+        Some(made_of)
     }
 
     fn symbols(&self, x: &[Symbol]) -> Vec<Symbol> {
@@ -132,8 +126,7 @@ impl<F: Function> Formula for Made<F> {
         self.places.of(by).map(component).collect()
     }
 
-    fn record(&self, x: &[f64]) -> Option<(Graph, Vec<Node>)> {
-        let (mut graph, mut results) = record(self.function.as_ref(), x)?;
+    fn nodes(&self, graph: &mut Graph, mut results: Vec<Node>) -> Option<Vec<Node>> {
         if !self.derived.rate.is_empty() {
             let (v, mut tangents) = (self.places.of(Part::V).start, Vec::new());
             for &part in self.derived.rate {
@@ -151,7 +144,7 @@ impl<F: Function> Formula for Made<F> {
             let weighted: Vec<(Node, Node)> = results.into_iter().zip(weights).collect();
             results = graph.reverse(&weighted, &by);
         }
-        Some((graph, results))
+        Some(results)
     }
 }
 

@@ -38,8 +38,7 @@ pub fn homotopy<P: Problem>(
     let first = Options { stationarity: options.stationarity.max(STATIONARITY), target: None, ..*options };
     let mut best = interior_point(problem, start, &first, watch)?;
     let on_the_way = Options { violation: options.violation.max(VIOLATION * best.history[0].violation), ..first };
-    let (mut s, mut change, mut counts) = (0.0, FIRST, Counts::default());
-    counts.add(&best);
+    let (mut s, mut change, mut all) = (0.0, FIRST, best.clone());
     // The previous solution, and the change of s since then.
     let mut before: Option<(Vec<f64>, f64)> = None;
     while best.reason.is_converged() && s < 1.0 && change > LEAST {
@@ -53,7 +52,7 @@ pub fn homotopy<P: Problem>(
             Ok(found) => found,
             Err(error) => {
                 let is_stopped = matches!(error, Error::Interrupted { .. });
-                counts.first_failure.get_or_insert(error);
+                all.first_failure.get_or_insert(error);
                 if is_stopped {
                     best.reason = Reason::Interrupted;
                     break;
@@ -63,7 +62,7 @@ pub fn homotopy<P: Problem>(
                 continue;
             }
         };
-        counts.add(&found);
+        add(&mut all, &found);
         if found.reason == Reason::Interrupted {
             (best, s) = (found, next);
             break;
@@ -85,9 +84,11 @@ pub fn homotopy<P: Problem>(
             let mut c = vec![0.0; best.constraints.len()];
             let _ = problem.evaluate(&best.x, &mut c);
         }
-        Err(error) => drop(counts.first_failure.get_or_insert(error)),
+        Err(error) => drop(all.first_failure.get_or_insert(error)),
     }
-    Ok(counts.into(best, s))
+    let reason = if s == 1.0 || !best.reason.is_converged() { best.reason } else { Reason::NoWay };
+    let Outcome { iterations, evaluations, gradients, products, halved, failures, first_failure, history, .. } = all;
+    Ok(Outcome { iterations, evaluations, gradients, products, halved, failures, first_failure, history, reason, ..best })
 }
 
 /// Extrapolates linearly from the last two solutions, by at most the last change.
@@ -97,35 +98,15 @@ fn extrapolate(x: &[f64], before: Option<&(Vec<f64>, f64)>, change: f64) -> Vec<
     x.iter().zip(old).map(|(x, old)| x + share * (x - old)).collect()
 }
 
-/// Sums of the counts of all problems.
-#[derive(Default)]
-struct Counts {
-    iterations: usize,
-    evaluations: usize,
-    gradients: usize,
-    products: usize,
-    halved: usize,
-    failures: usize,
-    first_failure: Option<Error>,
-    history: Vec<Iterate>,
-}
-
-impl Counts {
-    fn add(&mut self, outcome: &Outcome) {
-        let before = self.evaluations;
-        self.history.extend(outcome.history.iter().map(|it| Iterate { evaluations: before + it.evaluations, ..*it }));
-        self.iterations += outcome.iterations;
-        self.evaluations += outcome.evaluations;
-        self.gradients += outcome.gradients;
-        self.products += outcome.products;
-        self.halved += outcome.halved;
-        self.failures += outcome.failures;
-        self.first_failure = self.first_failure.take().or_else(|| outcome.first_failure.clone());
-    }
-
-    fn into(self, outcome: Outcome, s: f64) -> Outcome {
-        let reason = if s == 1.0 || !outcome.reason.is_converged() { outcome.reason } else { Reason::NoWay };
-        let Counts { iterations, evaluations, gradients, products, halved, failures, first_failure, history } = self;
-        Outcome { iterations, evaluations, gradients, products, halved, failures, first_failure, history, reason, ..outcome }
-    }
+/// Adds the counts of the next problem to the sums of all problems.
+fn add(all: &mut Outcome, next: &Outcome) {
+    let before = all.evaluations;
+    all.history.extend(next.history.iter().map(|it| Iterate { evaluations: before + it.evaluations, ..*it }));
+    all.iterations += next.iterations;
+    all.evaluations += next.evaluations;
+    all.gradients += next.gradients;
+    all.products += next.products;
+    all.halved += next.halved;
+    all.failures += next.failures;
+    all.first_failure = all.first_failure.take().or_else(|| next.first_failure.clone());
 }

@@ -24,6 +24,8 @@ pub struct MotionProblem<'s> {
     /// The last computed gradient, and workspace for a direction of the inputs.
     gradient: Vec<f64>,
     direction: Inputs,
+    /// True if a weight of the last gradient is not zero; otherwise the gradient and its Hessian products are zero.
+    asked: bool,
 }
 
 /// Variables, and the corresponding inputs.
@@ -53,7 +55,7 @@ impl<'s> MotionProblem<'s> {
         let (x, solver, direction) = (variables.take(&inputs)?, Solver::new(system, settings), inputs.no_change());
         let gradient = vec![0.0; x.len()];
         let known = Point { x, inputs };
-        Ok(MotionProblem { solver, variables, constraints, tried: known.clone(), known, gradient, direction })
+        Ok(MotionProblem { solver, variables, constraints, tried: known.clone(), known, gradient, asked: false, direction })
     }
 
     /// Sets the interval of an output; [`Interval::FREE`] only reports it.
@@ -207,6 +209,11 @@ impl Problem for MotionProblem<'_> {
 
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
         self.sizes().gradient(c_weights, gradient)?;
+        self.asked = f_weight != 0.0 || c_weights.iter().any(|w| *w != 0.0);
+        if !self.asked {
+            gradient.fill(0.0);
+            return Ok(());
+        }
         let of = self.solver.weighted_gradient(f_weight, c_weights)?;
         self.variables.pull_back(&self.tried.x, of, gradient);
         self.gradient.copy_from_slice(gradient);
@@ -240,6 +247,10 @@ impl Problem for MotionProblem<'_> {
 
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         self.sizes().product(direction, product)?;
+        if !self.asked {
+            product.fill(0.0);
+            return Ok(());
+        }
         self.variables.push_forward(&self.tried.x, direction, &mut self.direction);
         let of = self.solver.hessian_product(&self.direction)?;
         self.variables.pull_back(&self.tried.x, of, product);

@@ -17,8 +17,6 @@ pub(super) struct Segment<'s> {
     pub(super) last: usize,
     /// The index in the whole problem of each variable of the segment.
     pub(super) places: Vec<usize>,
-    /// True if the last gradient depends on the segment; otherwise its Hessian product is zero.
-    pub(super) asked: bool,
 }
 
 impl<'s> Segment<'s> {
@@ -41,7 +39,7 @@ impl<'s> Segment<'s> {
         let inputs = own_inputs(system, whole, (first, last), states);
         let variables = Variables::new(system, &inputs, own)?;
         let motion = MotionProblem::new(system, settings, inputs, variables)?;
-        Ok(Segment { motion, first, last, places, asked: false })
+        Ok(Segment { motion, first, last, places })
     }
 
     /// Copies the state at the start of the segment, of `states` coordinates, to the variables of the whole problem.

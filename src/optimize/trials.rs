@@ -14,8 +14,6 @@ use crate::{Error, Report, Warning};
 #[derive(Debug)]
 pub struct Trials<'s> {
     motions: Vec<MotionProblem<'s>>,
-    /// For each motion, true if the last gradient depends on it; otherwise its Hessian product is zero.
-    asked: Vec<bool>,
 }
 
 impl<'s> Trials<'s> {
@@ -40,18 +38,27 @@ impl<'s> Trials<'s> {
                 return Err(Error::Parameter { what, value, must_be });
             }
         }
-        let trials = Trials { asked: vec![false; motions.len()], motions };
-        let common = trials.bounds();
-        common
-            .iter()
-            .enumerate()
-            .try_for_each(|(i, of)| of.check(|| format!("`{}` in all trials", trials.variable_name(i))))?;
+        let trials = Trials { motions };
+        let name = |i: usize| format!("`{}` in all trials", trials.variable_name(i));
+        trials.bounds().iter().enumerate().try_for_each(|(i, of)| of.check(|| name(i)))?;
         Ok(trials)
     }
 
     /// The motions, each with the solver at the last evaluated point.
     pub fn motions(&self) -> &[MotionProblem<'s>] {
         &self.motions
+    }
+
+    /// For each motion: the places of its own rows in `rows`, and the outputs in these rows.
+    fn own_rows(&self, rows: &[usize]) -> Vec<(Vec<usize>, Vec<usize>)> {
+        let mut first = 0;
+        let own = |motion: &MotionProblem| {
+            let own = first..first + motion.outputs();
+            first = own.end;
+            let places = (0..rows.len()).filter(|&k| own.contains(&rows[k]));
+            places.map(|k| (k, rows[k] - own.start)).unzip()
+        };
+        self.motions.iter().map(own).collect()
     }
 
     fn sizes(&self) -> Sizes {
@@ -109,13 +116,9 @@ impl Problem for Trials<'_> {
         self.sizes().gradient(c_weights, gradient)?;
         let (mut part, mut rest) = (vec![0.0; gradient.len()], c_weights);
         gradient.fill(0.0);
-        for (motion, asked) in self.motions.iter_mut().zip(&mut self.asked) {
+        for motion in &mut self.motions {
             let (own, others) = rest.split_at(motion.outputs());
             rest = others;
-            *asked = f_weight != 0.0 || own.iter().any(|w| *w != 0.0);
-            if !*asked {
-                continue;
-            }
             motion.gradient(f_weight, own, &mut part)?;
             gradient.iter_mut().zip(&part).for_each(|(sum, g)| *sum += g);
         }
@@ -124,12 +127,8 @@ impl Problem for Trials<'_> {
 
     fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
         self.sizes().jacobian(rows, jacobian)?;
-        let mut first = 0;
-        for motion in &mut self.motions {
-            let own = first..first + motion.outputs();
-            first = own.end;
-            let at: Vec<usize> = (0..rows.len()).filter(|&k| own.contains(&rows[k])).collect();
-            let outputs: Vec<usize> = at.iter().map(|&k| rows[k] - own.start).collect();
+        let own_rows = self.own_rows(rows);
+        for (motion, (at, outputs)) in self.motions.iter_mut().zip(own_rows) {
             let mut part = DMatrix::zeros(at.len(), jacobian.ncols());
             motion.jacobian(&outputs, &mut part)?;
             at.iter().zip(part.row_iter()).for_each(|(&k, row)| jacobian.row_mut(k).copy_from(&row));
@@ -138,14 +137,8 @@ impl Problem for Trials<'_> {
     }
 
     fn jacobian_work(&self, rows: &[usize]) -> [usize; 2] {
-        let mut first = 0;
-        self.motions.iter().fold([0; 2], |[by_rows, by_columns], motion| {
-            let own = first..first + motion.outputs();
-            first = own.end;
-            let outputs: Vec<usize> = rows.iter().filter(|row| own.contains(row)).map(|row| row - own.start).collect();
-            let work = motion.jacobian_work(&outputs);
-            [by_rows + work[0], by_columns + work[1]]
-        })
+        let work = self.motions.iter().zip(self.own_rows(rows)).map(|(motion, (_, outputs))| motion.jacobian_work(&outputs));
+        work.fold([0; 2], |[by_rows, by_columns], [rows, columns]| [by_rows + rows, by_columns + columns])
     }
 
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
@@ -163,7 +156,7 @@ impl Problem for Trials<'_> {
         self.sizes().product(direction, product)?;
         let mut part = vec![0.0; product.len()];
         product.fill(0.0);
-        for (motion, _) in self.motions.iter_mut().zip(&self.asked).filter(|(_, asked)| **asked) {
+        for motion in &mut self.motions {
             motion.product(direction, &mut part)?;
             product.iter_mut().zip(&part).for_each(|(sum, x)| *sum += x);
         }

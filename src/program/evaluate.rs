@@ -76,14 +76,9 @@ impl Graph {
         slopes[y.index()] = 1.0;
         for &node in order.iter().rev().filter(|node| **node <= y) {
             let (slope, expression) = (slopes[node.index()], self.replaced(node, by));
-            let mut last = None;
-            for x in expression.arguments().filter(|_| slope != 0.0) {
+            for x in expression.distinct_arguments().filter(|_| slope != 0.0) {
                 let seeded = |node: Node| Dual64::new(values[node.index()], f64::from(u8::from(node == x)));
-                // A square has only one argument.
-                if last != Some(x) {
-                    slopes[x.index()] += slope * expression.value(seeded, &[], &[]).eps;
-                }
-                last = Some(x);
+                slopes[x.index()] += slope * expression.value(seeded, &[], &[]).eps;
             }
         }
         slopes

@@ -59,6 +59,12 @@ impl Expression {
         first.into_iter().chain(second)
     }
 
+    /// The arguments, without duplicates.
+    pub(crate) fn distinct_arguments(self) -> impl Iterator<Item = Node> {
+        let mut last = None;
+        self.arguments().filter(move |&x| last.replace(x) != Some(x))
+    }
+
     /// The same operation with other arguments.
     pub(super) fn map(self, f: impl Fn(Node) -> Node) -> Self {
         use Expression::*;

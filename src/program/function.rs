@@ -29,6 +29,13 @@ pub(crate) enum Function {
 }
 
 impl Function {
+    /// The functions that files write as a name and an argument.
+    #[cfg(feature = "files")]
+    pub(crate) const NAMED: [Function; 16] = {
+        use Function::*;
+        [Sqrt, Exp, ExpM1, Ln, Ln1p, Sin, Cos, Tan, Asin, Acos, Atan, Sinh, Cosh, Tanh, Abs, Sign]
+    };
+
     /// The value of the function, for any number type.
     #[inline]
     pub(crate) fn value<S: Scalar>(self, x: S) -> S {
@@ -125,27 +132,8 @@ impl Function {
         })
     }
 
-    /// The name of the function in printed programs.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Function::Negative => "-",
-            Function::Reciprocal => "1/",
-            Function::Sqrt => "sqrt ",
-            Function::Exp => "exp ",
-            Function::ExpM1 => "exp_m1 ",
-            Function::Ln => "ln ",
-            Function::Ln1p => "ln_1p ",
-            Function::Sin => "sin ",
-            Function::Cos => "cos ",
-            Function::Tan => "tan ",
-            Function::Asin => "asin ",
-            Function::Acos => "acos ",
-            Function::Atan => "atan ",
-            Function::Sinh => "sinh ",
-            Function::Cosh => "cosh ",
-            Function::Tanh => "tanh ",
-            Function::Abs => "abs ",
-            Function::Sign => "sign ",
-        }
+    /// The name of the function in programs, messages and formulas of files.
+    pub(crate) fn name(self) -> String {
+        format!("{self:?}").to_lowercase()
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! 1. **Record** ([`symbol`]): the formula is evaluated once on [`Symbol`]s, which record every operation in a [`Graph`].
 //! 2. **Differentiate** ([`differentiate`]): its derivatives become more nodes of the graph, by the chain rule.
-//! 3. **Simplify** ([`graph`]): every node when it is created. Equal nodes are merged, constants are folded, zeros vanish. Once all nodes are known,
+//! 3. **Simplify** ([`simplify`]): every node when it is created. Equal nodes are merged, constants are folded, zeros vanish. Once all nodes are known,
 //!    products share their factors ([`factors`]).
 //! 4. **Schedule** ([`schedule`]): the required nodes become a list of instructions on few registers, a [`Program`].
 //! 5. **Run** ([`program`], [`kernel`], [`lanes`]): the program runs for several elements side by side.
@@ -24,8 +24,10 @@ mod places;
 mod program;
 mod registers;
 mod schedule;
+mod simplify;
 mod symbol;
 mod template;
+mod text;
 
 pub(crate) use expression::{Expression, Node};
 pub(crate) use function::Function;

@@ -209,7 +209,9 @@ impl Instruction {
             Operation::Less => write!(f, "r{into} = r{x} < r{y}"),
             Operation::Where => write!(f, "r{into} = r{y} where r{x}"),
             Operation::Vanishing => write!(f, "r{into} = r{x} * r{y} where r{y}"),
-            Operation::Of(function) => write!(f, "r{into} = {}r{x}", function.name()),
+            Operation::Of(Function::Negative) => write!(f, "r{into} = -r{x}"),
+            Operation::Of(Function::Reciprocal) => write!(f, "r{into} = 1/r{x}"),
+            Operation::Of(function) => write!(f, "r{into} = {} r{x}", function.name()),
         }
     }
 }

@@ -44,7 +44,7 @@ struct Link {
 struct Sweep {
     values: Vec<f64>,
     forward: DMatrix<f64>,
-    backward: DMatrix<f64>,
+    backward: Vec<Vec<f64>>,
 }
 
 /// One step of the chain rule at one point and for one column.
@@ -97,7 +97,7 @@ impl<'e> Chain<'e> {
 
     /// Sets of links to test: single uses, all uses of a node, one factor of all products of a sum; the last steps of the formula first.
     fn cuts(&self) -> Vec<Vec<Link>> {
-        let uses = |&y: &Node| arguments(self.graph.expression(y)).map(move |z| Link { y, z });
+        let uses = |&y: &Node| self.graph.expression(y).distinct_arguments().map(move |z| Link { y, z });
         let links: Vec<Link> = self.nodes.iter().flat_map(uses).collect();
         let whole = self.nodes.iter().filter(|z| links.iter().filter(|link| link.z == **z).count() > 1);
         let whole = whole.map(|&z| vec![Link { y: z, z }]);
@@ -120,23 +120,14 @@ impl<'e> Chain<'e> {
     }
 
     fn sweep(&self, x: &[f64]) -> Sweep {
-        let (graph, by, len) = (&self.graph, self.evidence.block.truth.by.clone(), self.graph.len());
-        let (values, rows) = (graph.evaluate(&[], x), self.results.len());
-        let (mut forward, mut backward) = (DMatrix::zeros(len, by.len()), DMatrix::zeros(rows, len));
+        let (graph, by, values) = (&self.graph, self.evidence.block.truth.by.clone(), self.graph.evaluate(&[], x));
+        let mut forward = DMatrix::zeros(graph.len(), by.len());
         for (j, input) in by.enumerate() {
             let seed = |(k, &x): (usize, &f64)| Dual64::new(x, f64::from(u8::from(k == input)));
             let lifted = graph.evaluate(&[], &x.iter().enumerate().map(seed).collect::<Vec<_>>());
             lifted.iter().enumerate().for_each(|(z, value)| forward[(z, j)] = value.eps);
         }
-        self.results.iter().enumerate().for_each(|(i, result)| backward[(i, result.index())] += 1.0);
-        for &y in self.nodes.iter().rev() {
-            for z in arguments(graph.expression(y)) {
-                let slope = slope(graph, &values, Link { y, z }, values[z.index()]);
-                // A slope may be infinite where it has no effect.
-                let times = |x: f64| if x == 0.0 { 0.0 } else { slope * x };
-                (0..rows).for_each(|i| backward[(i, z.index())] += times(backward[(i, y.index())]));
-            }
-        }
+        let backward = self.results.iter().map(|&y| graph.slopes(&self.nodes, None, &values, y)).collect();
         Sweep { values, forward, backward }
     }
 
@@ -271,41 +262,15 @@ impl<'e> Chain<'e> {
 
     /// A node in mathematical notation, shortened if it is long.
     fn text(&self, node: Node) -> String {
-        let texts = (1..8).rev().map(|depth| self.text_to(node, depth));
+        let texts = (1..8).rev().map(|depth| self.graph.text(node, &self.evidence.setting.arguments, depth));
         texts.into_iter().find(|text| text.chars().count() <= LONG).unwrap_or_else(|| "an intermediate result".into())
-    }
-
-    fn text_to(&self, node: Node, depth: usize) -> String {
-        use Expression::*;
-        let of = |x: Node| self.text_to(x, depth - 1);
-        match self.graph.expression(node) {
-            Constant(bits) => f64::from_bits(bits).to_string(),
-            Parameter(k) | Input(k) => self.evidence.setting.arguments[k as usize].clone(),
-            _ if depth == 0 => "…".into(),
-            Of(Function::Negative, x) => format!("−{}", of(x)),
-            Of(Function::Reciprocal, x) => format!("1/{}", of(x)),
-            Of(Function::Abs, x) => format!("|{}|", of(x)),
-            Of(function, x) => format!("{}({})", function.name().trim(), of(x)),
-            Add(x, y) => format!("({} + {})", of(x), of(y)),
-            Subtract(x, y) => format!("({} − {})", of(x), of(y)),
-            Multiply(x, y) if x == y => format!("{}²", of(x)),
-            Multiply(x, y) | Vanishing(x, y) => format!("{}·{}", of(x), of(y)),
-            Divide(x, y) => format!("{}/{}", of(x), of(y)),
-            IntegerPower(x, n) => format!("{}^{n}", of(x)),
-            Power(x, n) | SlopePower(x, n) => format!("{}^{}", of(x), of(n)),
-            Atan2(y, x) => format!("atan2({}, {})", of(y), of(x)),
-            Max(x, y) => format!("max({}, {})", of(x), of(y)),
-            Min(x, y) => format!("min({}, {})", of(x), of(y)),
-            Less(x, y) => format!("({} < {})", of(x), of(y)),
-            Where(_, x) => of(x),
-        }
     }
 }
 
 impl Sweep {
     /// ∂f/∂y in a row.
     fn outer(&self, link: &Link, row: usize) -> f64 {
-        self.backward[(row, link.y.index())]
+        self.backward[row][link.y.index()]
     }
 
     /// ∂z/∂x in a column.
@@ -322,12 +287,6 @@ fn terms(graph: &Graph, y: Node) -> Vec<Node> {
         Expression::Multiply(a, b) if graph.is_fixed(a) => terms(graph, b),
         _ => vec![y],
     }
-}
-
-/// The arguments of an expression, without duplicates.
-fn arguments(expression: Expression) -> impl Iterator<Item = Node> {
-    let mut last = None;
-    expression.arguments().filter(move |&z| last.replace(z) != Some(z))
 }
 
 /// ∂y/∂z for a given value of z and the recorded values of all other nodes.

@@ -15,25 +15,6 @@ const DEEPEST: usize = 60;
 const LONGEST_PART: usize = 1000;
 const DEEPEST_PART: usize = 20;
 
-const FUNCTIONS: [(&str, Function); 16] = [
-    ("sqrt", Function::Sqrt),
-    ("exp", Function::Exp),
-    ("expm1", Function::ExpM1),
-    ("ln", Function::Ln),
-    ("ln1p", Function::Ln1p),
-    ("sin", Function::Sin),
-    ("cos", Function::Cos),
-    ("tan", Function::Tan),
-    ("asin", Function::Asin),
-    ("acos", Function::Acos),
-    ("atan", Function::Atan),
-    ("sinh", Function::Sinh),
-    ("cosh", Function::Cosh),
-    ("tanh", Function::Tanh),
-    ("abs", Function::Abs),
-    ("sign", Function::Sign),
-];
-
 /// A function of two arguments: its name, its value, and its node in a graph.
 type OfTwo = (&'static str, fn(f64, f64) -> f64, fn(&mut Graph, Node, Node) -> Node);
 
@@ -168,10 +149,7 @@ impl Writer<'_> {
             }
             Of(Function::Negative, x) => (format!("-{}", self.part(x, Binding::Factor)?), Binding::Sum),
             Of(Function::Reciprocal, x) => (format!("1.0 / {}", self.part(x, Binding::Factor)?), Binding::Product),
-            Of(function, x) => {
-                let name = FUNCTIONS.iter().find(|(_, known)| *known == function)?.0;
-                (format!("{name}({})", self.part(x, Binding::Sum)?), Binding::Whole)
-            }
+            Of(function, x) => (format!("{}({})", function.name(), self.part(x, Binding::Sum)?), Binding::Whole),
             IntegerPower(x, n) => (format!("{} ^ {n}", self.part(x, Binding::Whole)?), Binding::Factor),
             Power(x, n) => {
                 (format!("{} ^ {}", self.part(x, Binding::Whole)?, finite(self.graph.value(n)?)?), Binding::Factor)
@@ -346,7 +324,7 @@ impl Reader<'_> {
             self.at += length;
             return Ok(result);
         }
-        if let Some((_, function)) = FUNCTIONS.into_iter().find(|(name, _)| *name == word) {
+        if let Some(function) = Function::NAMED.into_iter().find(|function| function.name() == word) {
             self.at += length;
             self.expect('(')?;
             let x = self.within(Self::sum)?;
@@ -362,8 +340,8 @@ impl Reader<'_> {
             })?;
             return Ok(x.combine(y, number, node));
         }
-        let known: Vec<&str> =
-            FUNCTIONS.iter().map(|(name, _)| *name).chain(OF_TWO.iter().map(|(name, ..)| *name)).collect();
+        let of_one = Function::NAMED.map(Function::name).into_iter();
+        let known: Vec<String> = of_one.chain(OF_TWO.map(|(name, ..)| name.to_string())).collect();
         Err(self.wrong(&format!("unknown function `{word}`; known functions are {}", known.join(", "))))
     }
 

@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::super::counted::Counted;
-use super::super::outcome::largest_change;
 use super::super::{Interval, Options, Outcome, Problem, Reason, silent};
 use super::interior_point;
 use crate::Error;
@@ -17,39 +16,31 @@ const FEW: usize = 10;
 /// Factor of the stationarity tolerance at a restart: the start is moved away from its bounds again, and would lead to the same end.
 const FINER: f64 = 1e-3;
 
-/// The result of a feasibility phase.
-pub(super) struct Found {
-    pub(super) x: Vec<f64>,
-    /// True if this is a local minimum of the violation, and not zero.
-    pub(super) is_least: bool,
-    pub(super) iterations: usize,
-    pub(super) step: f64,
-}
-
-/// Reduces the violations from x, regardless of f.
-pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> Result<Found, Error> {
+/// Reduces the violations from x, regardless of f: the end, and whether it is a local minimum of the violation that is not zero.
+pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> Result<(Vec<f64>, bool), Error> {
     let target = Some(0.5 * options.violation.powi(2));
     let mut options = Options { iterations: ITERATIONS.min(options.iterations), target, stationarity: 1e-7, ..*options };
-    let (mut end, mut before, mut iterations) = (x.to_vec(), f64::INFINITY, 0);
+    let (mut end, mut before) = (x.to_vec(), f64::INFINITY);
     loop {
         // A trait object: the method calls itself, and a new type for every level of recursion could not be compiled.
-        let excess: &mut dyn Problem = &mut Excess::new(problem);
+        let excess: &mut dyn Problem = &mut Excess { of: problem, jacobian: None, factor: 0.0 };
         let Outcome { x: next, history, reason, first_failure, .. } = interior_point(excess, &end, &options, &mut silent)?;
         if let (Reason::NoStart, Some(error)) = (reason, first_failure) {
             return Err(error);
         }
         end = next;
-        (iterations, options.iterations) = (iterations + history.len(), options.iterations.saturating_sub(history.len()));
+        problem.apart += history.len();
+        options.iterations = options.iterations.saturating_sub(history.len());
         let last = history[history.len() - 1].value;
         if problem.is_stopped() {
-            return Ok(Found { step: largest_change(&end, x), x: end, is_least: false, iterations });
+            return Ok((end, false));
         }
         let is_out = reason == Reason::Iterations;
         let few_ago = history.len().checked_sub(FEW + 1).map_or(f64::INFINITY, |i| history[i].value);
         let earlier = if is_out { few_ago } else { before };
         let is_least = reason != Reason::Target && earlier - last <= FLAT * last;
         if is_least || is_out || reason == Reason::Target {
-            return Ok(Found { step: largest_change(&end, x), x: end, is_least, iterations });
+            return Ok((end, is_least));
         }
         before = last;
         options.stationarity *= FINER;
@@ -59,17 +50,10 @@ pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> R
 /// ½ Σ excess² of the constraints of a problem.
 struct Excess<'c, 'p> {
     of: &'c mut Counted<'p>,
-    excess: Vec<f64>,
     /// The Jacobian of the violated constraints.
     jacobian: Option<DMatrix<f64>>,
     /// The factor of the last gradient.
     factor: f64,
-}
-
-impl<'c, 'p> Excess<'c, 'p> {
-    fn new(of: &'c mut Counted<'p>) -> Self {
-        Excess { excess: vec![0.0; of.c.len()], of, jacobian: None, factor: 0.0 }
-    }
 }
 
 impl Problem for Excess<'_, '_> {
@@ -90,18 +74,17 @@ impl Problem for Excess<'_, '_> {
         if !self.of.evaluate(x).is_finite() {
             return self.of.stopped.clone().map_or(Ok(f64::INFINITY), Err);
         }
-        let excess = self.of.intervals.iter().zip(&self.of.c).map(|(of, c)| of.excess(*c));
-        self.excess.iter_mut().zip(excess).for_each(|(to, excess)| *to = excess);
-        Ok(0.5 * self.excess.iter().map(|x| x * x).sum::<f64>())
+        Ok(0.5 * self.of.excess().iter().map(|x| x * x).sum::<f64>())
     }
 
     fn gradient(&mut self, f: f64, _: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        let excess = self.of.excess();
         if self.jacobian.is_none() {
-            let violated: Vec<usize> = (0..self.excess.len()).filter(|&j| self.excess[j] != 0.0).collect();
+            let violated: Vec<usize> = (0..excess.len()).filter(|&j| excess[j] != 0.0).collect();
             self.jacobian = Some(self.of.jacobian(&violated)?);
         }
         self.factor = f;
-        let weights: Vec<f64> = self.excess.iter().map(|x| f * x).collect();
+        let weights: Vec<f64> = excess.iter().map(|x| f * x).collect();
         self.of.gradient(0.0, &weights, gradient)
     }
 

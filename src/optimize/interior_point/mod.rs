@@ -14,6 +14,7 @@ mod method;
 mod step;
 
 use super::counted::{Counted, Found, solve};
+use super::outcome::largest_change;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use method::Method;
@@ -97,12 +98,12 @@ fn iterate(
             None => {
                 let left = Options { iterations: options.iterations - count, ..*options };
                 let x = method.x().as_slice().to_vec();
-                let found = feasibility::approach(counted, &x, &left)?;
-                *method = Method::at(counted, &method.start, found.x, allowed)?;
+                let (end, is_least) = feasibility::approach(counted, &x, &left)?;
+                let step = largest_change(&end, &x);
+                *method = Method::at(counted, &method.start, end, allowed)?;
                 radius = method.first_radius(options);
-                counted.apart += found.iterations;
-                iterations.begin_again(method.iterate(counted, found.step));
-                if found.is_least {
+                iterations.begin_again(method.iterate(counted, step));
+                if is_least {
                     let x = method.x();
                     if !counted.holds_to_rounding(x.as_slice(), 0.0)? {
                         let is_least = counted.is_least_violated(x.as_slice(), unit)?;

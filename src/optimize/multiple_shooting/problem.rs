@@ -70,12 +70,9 @@ impl Problem for MultipleShooting<'_> {
                 gradient[start] -= c_weights[row];
             }
             let segment = &mut self.segments[k];
-            segment.asked = f_weight != 0.0 || weights.iter().any(|w| *w != 0.0);
-            if segment.asked {
-                let mut own = vec![0.0; segment.places.len()];
-                segment.motion.gradient(f_weight, &weights, &mut own)?;
-                segment.places.iter().zip(own).for_each(|(&at, g)| gradient[at] += g);
-            }
+            let mut own = vec![0.0; segment.places.len()];
+            segment.motion.gradient(f_weight, &weights, &mut own)?;
+            segment.places.iter().zip(own).for_each(|(&at, g)| gradient[at] += g);
         }
         Ok(())
     }
@@ -128,7 +125,7 @@ impl Problem for MultipleShooting<'_> {
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         self.sizes().product(direction, product)?;
         product.fill(0.0);
-        for segment in self.segments.iter_mut().filter(|segment| segment.asked) {
+        for segment in &mut self.segments {
             let own: Vec<f64> = segment.places.iter().map(|&at| direction[at]).collect();
             let mut found = vec![0.0; own.len()];
             segment.motion.product(&own, &mut found)?;
