@@ -269,15 +269,16 @@ pub(super) fn opened(figure: &Figure, title: &str, attributes: &str) -> String {
     )
 }
 
-fn size(figure: &Figure) -> String {
-    let scale = PIXELS / figure.view[2].max(figure.view[3]);
-    let [width, height] = [figure.view[2], figure.view[3]].map(|x| number(x * scale, 0));
-    format!("width=\"{width}\" height=\"{height}\"")
-}
-
-fn background(figure: &Figure) -> String {
-    let [left, bottom, width, height] = figure.view.map(|x| number(x, Pen::new(figure).digits));
-    format!("<rect x=\"{left}\" y=\"{bottom}\" width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>")
+/// A complete picture with a white background.
+fn picture(figure: &Figure, title: &str, shapes: [&str; 3]) -> String {
+    let [left, bottom, width, height] = figure.view;
+    let [wide, high] = [width, height].map(|x| number(x * PIXELS / width.max(height), 0));
+    let [left, bottom, width, height] = [left, bottom, width, height].map(|x| number(x, Pen::new(figure).digits));
+    let (opened, shapes) = (opened(figure, title, &format!("width=\"{wide}\" height=\"{high}\"")), shapes.concat());
+    let rest = format!(
+        "<rect x=\"{left}\" y=\"{bottom}\" width=\"{width}\" height=\"{height}\" fill=\"#fff\"/>{shapes}</g></svg>\n"
+    );
+    opened + &rest
 }
 
 /// A picture of one frame.
@@ -290,8 +291,7 @@ pub(super) fn still(figure: &Figure, frame: usize, title: &str) -> String {
         let angle = number(phi.to_degrees(), 2);
         format!("<g transform=\"translate({x} {y})rotate({angle})scale({along} {across})\">{}</g>", group.shapes)
     });
-    let moved: String = moved.collect();
-    format!("{}{}{under}{moved}{above}</g></svg>\n", opened(figure, title, &size(figure)), background(figure))
+    picture(figure, title, [&under, &moved.collect::<String>(), &above])
 }
 
 /// The duration in seconds for a motion that is not shown in real time.
@@ -345,8 +345,7 @@ pub(super) fn animated(figure: &Figure, times: &[f64], title: &str) -> String {
         let [at, angle] = [moved_to(group.poses[last]), turned(group.poses[last])];
         format!("<g transform=\"translate({at})\">{translate}<g transform=\"rotate({angle})\">{rotate}{inner}</g></g>")
     });
-    let moved: String = moved.collect();
-    format!("{}{}{under}{moved}{above}</g></svg>\n", opened(figure, title, &size(figure)), background(figure))
+    picture(figure, title, [&under, &moved.collect::<String>(), &above])
 }
 
 /// The poses of a group as JSON, column by column, or the index of the group with which it moves; scales that are all 1 are left out.

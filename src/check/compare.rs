@@ -204,14 +204,6 @@ fn arguments(Evidence { block, setting, .. }: &Evidence, place: &Place, at: (usi
     (0..count).filter(|&k| k == own || depends(k)).map(|k| (names[k].clone(), place.x[k])).collect()
 }
 
-/// A wrong entry at the place where its error is largest.
-struct WrongEntry {
-    relative_error: f64,
-    entry: Entry,
-    place: usize,
-    at: (usize, usize),
-}
-
 /// Computes the errors of a block and collects the worst entries.
 fn measure(evidence: &Evidence, report: &mut BlockReport) {
     let (rows, columns) = (evidence.rows(), evidence.columns());
@@ -229,20 +221,24 @@ fn measure(evidence: &Evidence, report: &mut BlockReport) {
         }
         let worst = (0..evidence.at.len()).map(|p| (evidence.excess(p, at), p)).max_by(|a, b| a.0.total_cmp(&b.0));
         let Some((excess, p)) = worst else { continue };
-        let Place { hand, truth, number, tolerance, scale, .. } = evidence.at[p];
+        let Place { tolerance, scale, .. } = evidence.at[p];
         if excess > closest {
             (closest, report.allowed) = (excess, if tolerance[at] == 0.0 { 0.0 } else { tolerance[at] / scale[at] });
         }
         if excess > 1.0 {
-            let (row, column) = (evidence.block.rows[at.0].clone(), evidence.block.columns[at.1].clone());
-            let (hand, truth, allowed) = (hand[at], truth[at], tolerance[at]);
-            let entry = Entry { row, column, hand, truth, allowed, point: *number, at: Vec::new() };
-            let relative_error = at_least(0.0, errors(evidence.at[p])[1]);
-            wrong.push(WrongEntry { relative_error, entry, place: p, at });
+            wrong.push((at_least(0.0, errors(evidence.at[p])[1]), evidence.at[p], at));
         }
     }
-    wrong.sort_by(|a, b| b.relative_error.total_cmp(&a.relative_error));
+    wrong.sort_by(|a, b| b.0.total_cmp(&a.0));
     report.wrong_entries = wrong.len();
-    let named = |of: WrongEntry| Entry { at: arguments(evidence, evidence.at[of.place], of.at), ..of.entry };
-    report.entries = wrong.into_iter().take(LISTED).map(named).collect();
+    let entry = |(_, place, at): (f64, &Place, (usize, usize))| Entry {
+        row: evidence.block.rows[at.0].clone(),
+        column: evidence.block.columns[at.1].clone(),
+        hand: place.hand[at],
+        truth: place.truth[at],
+        allowed: place.tolerance[at],
+        point: place.number,
+        at: arguments(evidence, place, at),
+    };
+    report.entries = wrong.into_iter().take(LISTED).map(entry).collect();
 }

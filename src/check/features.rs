@@ -79,11 +79,8 @@ impl Form {
     pub fn new((mut graph, results): (Graph, Vec<Node>), by: &Range<usize>, free: &[usize]) -> Self {
         let template = Template::new(&graph, &results, 0);
         let nodes: Vec<Node> = graph.reachable(results.iter().chain(graph.looked_at()).copied());
-        let inputs = nodes.iter().filter_map(|&node| match graph.expression(node) {
-            Expression::Input(which) => Some((which as usize, node)),
-            _ => None,
-        });
-        let inputs: Vec<(usize, Node)> = inputs.collect();
+        let input = |&node: &Node| Some((graph.expression(node).input()?, node));
+        let inputs: Vec<(usize, Node)> = nodes.iter().filter_map(input).collect();
         let mut form = Form { looks: Vec::new(), variants: Vec::new(), graph: Graph::default(), template, inputs };
         let is_free = |graph: &Graph, node: Node| graph.inputs_of(node).iter().any(|which| free.contains(which));
         let looked: Vec<Node> = graph.looked_at().iter().copied().filter(|&node| is_free(&graph, node)).collect();
@@ -250,14 +247,9 @@ fn variants(graph: &mut Graph, node: Node, is_inside: bool) -> Vec<Variant> {
             let [first, second] = [x, y].map(|x| graph.function(Function::Abs, x));
             let difference = graph.subtract(first, second);
             let is_sum = matches!(expression, Add(..));
+            let second = if is_sum { graph.expression(y) } else { Of(Function::Negative, y) };
             add(graph.expression(x), difference, all, &[0.0], Need::Variant);
-            add(
-                if is_sum { graph.expression(y) } else { Of(Function::Negative, y) },
-                difference,
-                all,
-                &[0.0],
-                Need::Variant,
-            );
+            add(second, difference, all, &[0.0], Need::Variant);
             found.iter_mut().for_each(|variant| variant.terms = Some([x, y]));
         }
         _ => {}

@@ -53,20 +53,18 @@ impl Options {
 
     /// Rejects values with which no comparison would succeed.
     pub(super) fn check(&self) -> Result<(), Error> {
-        let refused =
-            |name: &str, value, must_be| Err(Error::Parameter { what: format!("`Options::{name}`"), value, must_be });
-        match *self {
-            Options { stationarity, .. } if !(stationarity >= 0.0 && stationarity.is_finite()) => {
-                refused("stationarity", stationarity, "finite and not negative")
-            }
-            Options { violation, .. } if violation.is_nan() || violation < 0.0 => {
-                refused("violation", violation, "a number that is not negative")
-            }
-            Options { target: Some(target), .. } if target.is_nan() => refused("target", target, "a number"),
-            Options { first_step: Some(length), .. } if !(length > 0.0 && length.is_finite()) => {
-                refused("first_step", length, "finite and positive")
-            }
-            _ => Ok(()),
+        let Options { stationarity, violation, target, first_step, .. } = *self;
+        let (least, length) = (target.unwrap_or(0.0), first_step.unwrap_or(1.0));
+        let is_finite = |x: f64, is_in: bool| is_in && x.is_finite();
+        let all = [
+            ("stationarity", stationarity, is_finite(stationarity, stationarity >= 0.0), "finite and not negative"),
+            ("violation", violation, violation >= 0.0, "a number that is not negative"),
+            ("target", least, !least.is_nan(), "a number"),
+            ("first_step", length, is_finite(length, length > 0.0), "finite and positive"),
+        ];
+        match all.into_iter().find(|(_, _, fits, _)| !fits) {
+            Some((name, value, _, must_be)) => Err(Error::Parameter { what: format!("`Options::{name}`"), value, must_be }),
+            None => Ok(()),
         }
     }
 }

@@ -7,14 +7,19 @@ use super::graph::Graph;
 impl Graph {
     /// The given nodes and all nodes on which they depend, in an order in which they can be computed.
     pub(crate) fn reachable(&self, from: impl IntoIterator<Item = Node>) -> Vec<Node> {
+        self.reachable_through(from, |_| true)
+    }
+
+    /// The same, but only the arguments of `open` nodes are included.
+    pub(super) fn reachable_through(&self, from: impl IntoIterator<Item = Node>, open: impl Fn(Node) -> bool) -> Vec<Node> {
         let mut reached = vec![false; self.len()];
-        from.into_iter().for_each(|node| reached[node.0 as usize] = true);
-        for i in (0..self.len()).rev() {
-            if reached[i] {
-                self.expression(Node(i as u32)).arguments().for_each(|x| reached[x.0 as usize] = true);
+        from.into_iter().for_each(|node| reached[node.index()] = true);
+        for node in (0..self.len() as u32).rev().map(Node) {
+            if reached[node.index()] && open(node) {
+                self.expression(node).arguments().for_each(|x| reached[x.index()] = true);
             }
         }
-        (0..self.len()).filter(|&i| reached[i]).map(|i| Node(i as u32)).collect()
+        (0..self.len() as u32).map(Node).filter(|node| reached[node.index()]).collect()
     }
 
     /// For every node, whether the given nodes depend on the sign of its zero.
@@ -88,7 +93,7 @@ impl Graph {
         let mut moves = vec![false; self.len()];
         let mut is_partial = |node: Node| {
             let expression = self.expression(node);
-            let is_first = matches!(expression, Expression::Input(which) if (which as usize) < inputs);
+            let is_first = expression.input().is_some_and(|which| which < inputs);
             moves[node.index()] = is_first || expression.arguments().any(|x| moves[x.index()]);
             match expression {
                 Expression::Constant(bits) => !f64::from_bits(bits).is_finite(),
@@ -106,27 +111,14 @@ impl Graph {
 
     /// The inputs on which a node depends.
     pub(crate) fn inputs_of(&self, node: Node) -> Vec<usize> {
-        let nodes = self.reachable([node]);
-        let inputs = nodes.into_iter().filter_map(|node| match self.expression(node) {
-            Expression::Input(which) => Some(which as usize),
-            _ => None,
-        });
-        inputs.collect()
+        self.reachable([node]).into_iter().filter_map(|node| self.expression(node).input()).collect()
     }
 
     /// The inputs and fixed nodes from which the given nodes are computed at every point.
     pub(super) fn edge(&self, of: &[Node]) -> Vec<Node> {
-        let node = |i: usize| Node(i as u32);
-        let mut needed = vec![false; self.len()];
-        of.iter().for_each(|node| needed[node.index()] = true);
-        for i in (0..self.len()).rev().filter(|&i| !self.is_fixed(node(i))) {
-            if needed[i] {
-                self.expression(node(i)).arguments().for_each(|x| needed[x.index()] = true);
-            }
-        }
-        let is_input = |node| matches!(self.expression(node), Expression::Input(_));
-        let needed = (0..self.len()).filter(|&i| needed[i]).map(node);
-        needed.filter(|&node| self.is_fixed(node) || is_input(node)).collect()
+        let mut needed = self.reachable_through(of.iter().copied(), |node| !self.is_fixed(node));
+        needed.retain(|&node| self.is_fixed(node) || self.expression(node).input().is_some());
+        needed
     }
 }
 

@@ -46,6 +46,11 @@ pub(crate) enum Expression {
 }
 
 impl Expression {
+    /// The index of the input, if the expression is one.
+    pub(crate) fn input(self) -> Option<usize> {
+        if let Expression::Input(which) = self { Some(which as usize) } else { None }
+    }
+
     /// The arguments of the expression.
     pub(crate) fn arguments(self) -> impl DoubleEndedIterator<Item = Node> {
         use Expression::*;

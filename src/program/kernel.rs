@@ -1,6 +1,6 @@
 //! [`Kernel`]: a program for elements with a common formula, in two parts: one runs once, the other at every point.
 
-use super::expression::{Expression, Node};
+use super::expression::Node;
 use super::graph::Graph;
 use super::program::Program;
 
@@ -30,12 +30,11 @@ impl Kernel {
         let stages: Vec<&[Node]> = results.iter().map(|stage| rest.split_off(..stage.len()).unwrap_or_default()).collect();
         let (mut inputs, mut arguments, mut fixed) = (Vec::new(), Vec::new(), Vec::new());
         for node in graph.edge(&all) {
-            match graph.expression(node) {
-                Expression::Input(which) => {
-                    inputs.push(which as usize);
-                    arguments.push(node);
-                }
-                _ => fixed.push(node),
+            if let Some(which) = graph.expression(node).input() {
+                inputs.push(which);
+                arguments.push(node);
+            } else {
+                fixed.push(node);
             }
         }
         let prelude = Program::new(graph, &parameters, &fixed)?;

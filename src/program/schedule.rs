@@ -41,11 +41,8 @@ impl Program {
         let mut is_known = vec![false; graph.len()];
         arguments.iter().for_each(|node| is_known[node.0 as usize] = true);
         let of_all = needed(graph, &is_known, &stages.concat());
-        let constants: Vec<(Node, f64)> = of_all
-            .iter()
-            .filter(|node| !is_known[node.0 as usize])
-            .filter_map(|&node| Some((node, graph.value(node)?)))
-            .collect();
+        let constant = |&node: &Node| Some((node, graph.value(node).filter(|_| !is_known[node.index()])?));
+        let constants: Vec<(Node, f64)> = of_all.iter().filter_map(constant).collect();
         constants.iter().for_each(|(node, _)| is_known[node.0 as usize] = true);
         let mut tasks = Tasks { list: Vec::new(), maker: vec![NONE; graph.len()] };
         let mut plan = Vec::with_capacity(stages.len());
@@ -73,14 +70,7 @@ fn twins(graph: &Graph, is_known: &[bool], results: &[Node], of_all: &[Node]) ->
 
 /// The nodes required for the results, including the arguments used.
 fn needed(graph: &Graph, is_argument: &[bool], results: &[Node]) -> Vec<Node> {
-    let mut needed = vec![false; graph.len()];
-    results.iter().for_each(|node| needed[node.0 as usize] = true);
-    for i in (0..graph.len()).rev() {
-        if needed[i] && !is_argument[i] {
-            graph.expression(Node(i as u32)).arguments().for_each(|x| needed[x.0 as usize] = true);
-        }
-    }
-    (0..graph.len()).filter(|&i| needed[i]).map(|i| Node(i as u32)).collect()
+    graph.reachable_through(results.iter().copied(), |node| !is_argument[node.index()])
 }
 
 /// Nodes that are combined into one instruction: sines with cosines, negatives with their arguments, and sums with a product.

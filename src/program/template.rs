@@ -47,11 +47,7 @@ impl Template {
     /// For each of `inputs` inputs, whether the formula depends on it.
     pub(crate) fn depends(&self, inputs: usize) -> Vec<bool> {
         let mut depends = vec![false; inputs];
-        for expression in &self.expressions {
-            if let Expression::Input(which) = expression {
-                depends[*which as usize] = true;
-            }
-        }
+        self.expressions.iter().filter_map(|of| of.input()).for_each(|which| depends[which] = true);
         depends
     }
 

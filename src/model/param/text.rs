@@ -131,40 +131,27 @@ impl Writer<'_> {
     }
 
     fn formula(&self, node: Node) -> Option<(String, Binding)> {
-        use Expression::{Add, Atan2, Constant, Divide, Input, IntegerPower, Max, Min, Multiply, Of, Power, Subtract};
-        let expression = self.graph.expression(node);
-        Some(match expression {
-            Constant(bits) if f64::from_bits(bits).is_sign_negative() => (finite(f64::from_bits(bits))?, Binding::Sum),
-            Constant(bits) => (finite(f64::from_bits(bits))?, Binding::Whole),
-            Input(which) => (quoted(self.designs.get(which as usize)?)?, Binding::Whole),
-            Add(x, y) => (format!("{} + {}", self.part(x, Binding::Sum)?, self.part(y, Binding::Product)?), Binding::Sum),
-            Subtract(x, y) => {
-                (format!("{} - {}", self.part(x, Binding::Sum)?, self.part(y, Binding::Product)?), Binding::Sum)
-            }
-            Multiply(x, y) => {
-                (format!("{} * {}", self.part(x, Binding::Product)?, self.part(y, Binding::Factor)?), Binding::Product)
-            }
-            Divide(x, y) => {
-                (format!("{} / {}", self.part(x, Binding::Product)?, self.part(y, Binding::Factor)?), Binding::Product)
-            }
-            Of(Function::Negative, x) => (format!("-{}", self.part(x, Binding::Factor)?), Binding::Sum),
-            Of(Function::Reciprocal, x) => (format!("1.0 / {}", self.part(x, Binding::Factor)?), Binding::Product),
-            Of(function, x) => (format!("{}({})", function.name(), self.part(x, Binding::Sum)?), Binding::Whole),
-            IntegerPower(x, n) => (format!("{} ^ {n}", self.part(x, Binding::Whole)?), Binding::Factor),
-            Power(x, n) => {
-                (format!("{} ^ {}", self.part(x, Binding::Whole)?, finite(self.graph.value(n)?)?), Binding::Factor)
-            }
-            Atan2(x, y) | Max(x, y) | Min(x, y) => {
-                let name = match expression {
-                    Atan2(..) => "atan2",
-                    Max(..) => "max",
-                    _ => "min",
-                };
-                (format!("{name}({}, {})", self.part(x, Binding::Sum)?, self.part(y, Binding::Sum)?), Binding::Whole)
-            }
+        use Binding::{Factor, Product, Sum, Whole};
+        use Expression::*;
+        let call = |name: &str, x: Node, y: Node| Some(format!("{name}({}, {})", self.part(x, Sum)?, self.part(y, Sum)?));
+        Some(match self.graph.expression(node) {
+            Constant(bits) if f64::from_bits(bits).is_sign_negative() => (finite(f64::from_bits(bits))?, Sum),
+            Constant(bits) => (finite(f64::from_bits(bits))?, Whole),
+            Input(which) => (quoted(self.designs.get(which as usize)?)?, Whole),
+            Add(x, y) => (format!("{} + {}", self.part(x, Sum)?, self.part(y, Product)?), Sum),
+            Subtract(x, y) => (format!("{} - {}", self.part(x, Sum)?, self.part(y, Product)?), Sum),
+            Multiply(x, y) => (format!("{} * {}", self.part(x, Product)?, self.part(y, Factor)?), Product),
+            Divide(x, y) => (format!("{} / {}", self.part(x, Product)?, self.part(y, Factor)?), Product),
+            Of(Function::Negative, x) => (format!("-{}", self.part(x, Factor)?), Sum),
+            Of(Function::Reciprocal, x) => (format!("1.0 / {}", self.part(x, Factor)?), Product),
+            Of(function, x) => (format!("{}({})", function.name(), self.part(x, Sum)?), Whole),
+            IntegerPower(x, n) => (format!("{} ^ {n}", self.part(x, Whole)?), Factor),
+            Power(x, n) => (format!("{} ^ {}", self.part(x, Whole)?, finite(self.graph.value(n)?)?), Factor),
+            Atan2(y, x) => (call("atan2", y, x)?, Whole),
+            Max(x, y) => (call("max", x, y)?, Whole),
+            Min(x, y) => (call("min", x, y)?, Whole),
             // Formulas that branch, and formulas of derivatives.
-            Expression::Parameter(_) | Expression::Less(..) | Expression::Where(..) => return None,
-            Expression::SlopePower(..) | Expression::Vanishing(..) => return None,
+            Parameter(_) | Less(..) | Where(..) | SlopePower(..) | Vanishing(..) => return None,
         })
     }
 
@@ -295,16 +282,13 @@ impl Reader<'_> {
 
     fn number(&mut self) -> Read<Param> {
         let rest = &self.text[self.at..];
-        let digits = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
-        let exponent = &rest[digits..];
-        let length = match exponent.strip_prefix(['e', 'E']) {
-            Some(more) => {
-                let signed = more.strip_prefix(['-', '+']).unwrap_or(more);
-                let count = signed.find(|c: char| !c.is_ascii_digit()).unwrap_or(signed.len());
-                if count > 0 { digits + 1 + (more.len() - signed.len()) + count } else { digits }
-            }
-            None => digits,
-        };
+        let digits = |text: &str| text.find(|c: char| !c.is_ascii_digit()).unwrap_or(text.len());
+        let mut length = rest.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(rest.len());
+        if let Some(exponent) = rest[length..].strip_prefix(['e', 'E']) {
+            let size = exponent.strip_prefix(['-', '+']).unwrap_or(exponent);
+            // Without digits, the letter does not belong to the number.
+            length = if digits(size) > 0 { rest.len() - size.len() + digits(size) } else { length };
+        }
         match rest[..length].parse::<f64>() {
             Ok(number) if number.is_finite() => {
                 self.at += length;
