@@ -74,7 +74,7 @@ struct Place {
 
 impl Resolution {
     pub(crate) fn new(system: &System) -> Self {
-        let bending = system.bending();
+        let bending = system.formulas().assembly.bending();
         let (n, m, k) = if bending > 0 { (system.n(), system.m(), system.k()) } else { (0, 0, 0) };
         let zeros = |len| vec![0.0; len];
         Resolution {
@@ -115,7 +115,7 @@ impl Resolution {
         self.end_event();
         let share = self.total.sqrt();
         if share > Warning::BENT {
-            let element = system.element_name(self.element).into();
+            let element = system.formulas().elements[self.element].name.as_str().into();
             report.warn(Warning::UnresolvedElement { element, step: self.at.step, time: self.at.time, share });
         }
     }

@@ -197,30 +197,27 @@ impl Figure {
 
     /// Determines the view, which contains all bodies and marks at all times and a margin.
     fn look(&mut self) {
+        let mut places: Vec<Place> = self.marks.iter().map(|mark| mark.place).collect();
+        places.extend(self.links.iter().flat_map(|link| link.ends));
+        for (body, piece) in self.bodies.iter().enumerate() {
+            let points = if let Outline::Hull(points) = &piece.outline { points.as_slice() } else { &[[0.0; 2]] };
+            places.extend(points.iter().map(|&at| Place { body: Some(body), at }));
+        }
+        let (figure, places) = (&*self, &places);
+        let moving = (0..self.frames).flat_map(|frame| places.iter().map(move |&place| figure.position(place, frame)));
+        let of_mark = |mark: &Mark| {
+            let [x, y] = self.position(mark.place, 0);
+            match mark.kind {
+                MarkKind::Wheel(r) | MarkKind::Obstacle(r) => vec![[x - r, y - r], [x + r, y + r]],
+                MarkKind::Wall(end) => vec![end],
+                _ => Vec::new(),
+            }
+        };
         let mut corners = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        let mut see = |point: [f64; 2]| {
+        for point in moving.chain(self.marks.iter().flat_map(of_mark)) {
             for k in 0..2 {
                 corners[0][k] = corners[0][k].min(point[k]);
                 corners[1][k] = corners[1][k].max(point[k]);
-            }
-        };
-        for frame in 0..self.frames {
-            for (body, piece) in self.bodies.iter().enumerate() {
-                let points = if let Outline::Hull(points) = &piece.outline { points.as_slice() } else { &[[0.0; 2]] };
-                points.iter().for_each(|&at| see(self.position(Place { body: Some(body), at }, frame)));
-            }
-            for place in self.marks.iter().map(|mark| mark.place).chain(self.links.iter().flat_map(|link| link.ends)) {
-                see(self.position(place, frame));
-            }
-        }
-        for mark in &self.marks {
-            match mark.kind {
-                MarkKind::Wheel(radius) | MarkKind::Obstacle(radius) => {
-                    let [x, y] = self.position(mark.place, 0);
-                    [-radius, radius].into_iter().for_each(|r| see([x + r, y + r]));
-                }
-                MarkKind::Wall(end) => see(end),
-                _ => {}
             }
         }
         let [[left, bottom], [right, top]] = corners;

@@ -180,18 +180,8 @@ impl System {
         })
     }
 
-    /// The number of elements that may be nonlinear within a step: their derivatives vary other than as sines.
-    pub(crate) fn bending(&self) -> usize {
-        self.formulas.assembly.bending()
-    }
-
     pub(crate) fn may_bend(&self) -> bool {
-        self.bending() > 0
-    }
-
-    /// The name of an element, given its number.
-    pub(crate) fn element_name(&self, element: usize) -> &str {
-        &self.formulas.elements[element].name
+        self.formulas.assembly.bending() > 0
     }
 
     /// The positions of the unknowns of a step in the solver's order.

@@ -47,31 +47,24 @@ struct Sweep {
     backward: Vec<Vec<f64>>,
 }
 
-/// One step of the chain rule at one point and for one column.
-struct Step<'a> {
-    /// ∂y/∂z as a function of z.
-    slope: &'a dyn Fn(f64) -> f64,
-    z: f64,
-    y: f64,
-    /// ∂z/∂x.
-    inner: f64,
-}
-
-/// Kind of mistake, whether it concerns all uses of z, text, and the expression in place of (∂y/∂z) (∂z/∂x).
-type Wrong = (Mistake, bool, &'static str, fn(&Step) -> f64);
+/// Kind of mistake, whether it concerns all uses of z, text, and the expression in place of (∂y/∂z) (∂z/∂x), computed from ∂y/∂z as a function
+/// of z, and from z, y and ∂z/∂x.
+type Wrong = (Mistake, bool, &'static str, fn(&dyn Fn(f64) -> f64, [f64; 3]) -> f64);
 
 const WRONG: [Wrong; 9] = [
-    (Mistake::TermMissing, true, "inner derivative missing: that of {z}", |s| {
-        (s.slope)(s.z) * f64::from(u8::from(s.inner != 0.0))
+    (Mistake::TermMissing, true, "inner derivative missing: that of {z}", |f, [z, _, inner]| {
+        f(z) * f64::from(u8::from(inner != 0.0))
     }),
-    (Mistake::TermWrong, true, "inner derivative squared: that of {z}", |s| (s.slope)(s.z) * s.inner * s.inner),
-    (Mistake::TermWrong, false, "the derivative of {y} by {z} is taken as 1", |s| s.inner),
-    (Mistake::OtherArgument, false, "{y} is used instead of its derivative with respect to {z}", |s| s.y * s.inner),
-    (Mistake::OtherArgument, false, "{z} has the wrong sign in the derivative of {y}", |s| (s.slope)(-s.z) * s.inner),
-    (Mistake::OtherArgument, false, DEGREES, |s| (s.slope)(s.z * 180.0 / PI) * s.inner),
-    (Mistake::OtherArgument, false, DEGREES, |s| (s.slope)(s.z * PI / 180.0) * s.inner),
-    (Mistake::Factor, false, "superfluous factor {z} in the derivative of {y}", |s| (s.slope)(s.z) * s.z * s.inner),
-    (Mistake::Factor, false, "factor {z} missing in the derivative of {y}", |s| (s.slope)(s.z) / s.z * s.inner),
+    (Mistake::TermWrong, true, "inner derivative squared: that of {z}", |f, [z, _, inner]| f(z) * inner * inner),
+    (Mistake::TermWrong, false, "the derivative of {y} by {z} is taken as 1", |_, [_, _, inner]| inner),
+    (Mistake::OtherArgument, false, "{y} is used instead of its derivative with respect to {z}", |_, [_, y, inner]| {
+        y * inner
+    }),
+    (Mistake::OtherArgument, false, "{z} has the wrong sign in the derivative of {y}", |f, [z, _, inner]| f(-z) * inner),
+    (Mistake::OtherArgument, false, DEGREES, |f, [z, _, inner]| f(z * 180.0 / PI) * inner),
+    (Mistake::OtherArgument, false, DEGREES, |f, [z, _, inner]| f(z * PI / 180.0) * inner),
+    (Mistake::Factor, false, "superfluous factor {z} in the derivative of {y}", |f, [z, _, inner]| f(z) * z * inner),
+    (Mistake::Factor, false, "factor {z} missing in the derivative of {y}", |f, [z, _, inner]| f(z) / z * inner),
 ];
 
 /// Number of mistakes at the start of the list that are likelier than a wrong constant factor.
@@ -215,13 +208,8 @@ impl<'e> Chain<'e> {
         let expected = |p: usize, (i, j): At| {
             let values = &self.sweeps[p].values;
             let slope = |z: f64| slope(&self.graph, values, *link, z);
-            let step = Step {
-                slope: &slope,
-                z: values[link.z.index()],
-                y: values[link.y.index()],
-                inner: self.sweeps[p].inner(link, j),
-            };
-            mask.truth(p, (i, j)) - term(p, (i, j)) + self.sweeps[p].outer(link, i) * wrong(&step)
+            let here = [values[link.z.index()], values[link.y.index()], self.sweeps[p].inner(link, j)];
+            mask.truth(p, (i, j)) - term(p, (i, j)) + self.sweeps[p].outer(link, i) * wrong(&slope, here)
         };
         let says = || text.replace("{z}", &self.text(link.z)).replace("{y}", &self.text(link.y)) + ",";
         (fits && mask.explains(expected)).then(|| mask.says(*mistake, says()))

@@ -78,12 +78,10 @@ fn threshold(evidence: &Evidence, chain: &Option<Chain>, points: &[(Vec<f64>, bo
             of.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), s| (low.min(s), high.max(s)))
         };
         let (wrong, right) = (range(true), range(false));
-        let (sign, low, high) = if wrong.1 < right.0 {
-            ("<", wrong.1, right.0)
-        } else if right.1 < wrong.0 {
-            (">", right.1, wrong.0)
-        } else {
-            return None;
+        let (sign, low, high) = match (wrong, right) {
+            ((_, end), (begin, _)) if end < begin => ("<", end, begin),
+            ((begin, _), (_, end)) if end < begin => (">", end, begin),
+            _ => return None,
         };
         let zero = low <= 0.0 && high >= 0.0;
         let near = if zero { "0".to_string() } else { format!("a value between {low:.3} and {high:.3}") };
