@@ -37,10 +37,6 @@ struct Coupling {
 }
 
 impl Coupling {
-    fn new((c, j): (usize, usize), row: f64, column: f64) -> Self {
-        Coupling { c: c as u32, j: j as u32, row, column }
-    }
-
     fn is_zero(&self) -> bool {
         self.row == 0.0 && self.column == 0.0
     }
@@ -145,7 +141,8 @@ impl Constant {
         let (row, column) = self.entries[step.run()][1..].split_at(step.neighbours.len());
         let inverse = self.inverse[position];
         let sides = row.iter().zip(column).zip(&step.neighbours);
-        let couplings = sides.map(|((row, column), &j)| Coupling::new((position, j), row * inverse, *column));
+        let c = position as u32;
+        let couplings = sides.map(|((row, column), &j)| Coupling { c, j: j as u32, row: row * inverse, column: *column });
         self.couplings.extend(couplings.filter(|coupling| !coupling.is_zero()));
     }
 

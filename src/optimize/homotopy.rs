@@ -98,7 +98,7 @@ fn extrapolate(x: &[f64], before: Option<&(Vec<f64>, f64)>, change: f64) -> Vec<
     x.iter().zip(old).map(|(x, old)| x + share * (x - old)).collect()
 }
 
-/// Adds the counts of the next problem to the sums of all problems.
+/// Adds the counts and the history of a problem to those of all problems before it.
 fn add(all: &mut Outcome, next: &Outcome) {
     let before = all.evaluations;
     all.history.extend(next.history.iter().map(|it| Iterate { evaluations: before + it.evaluations, ..*it }));

@@ -24,7 +24,7 @@ pub struct MotionProblem<'s> {
     /// The last computed gradient, and workspace for a direction of the inputs.
     gradient: Vec<f64>,
     direction: Inputs,
-    /// True if a weight of the last gradient is not zero; otherwise the gradient and its Hessian products are zero.
+    /// False if all weights of the last gradient were zero: no sweep runs then, and Hessian products are zero.
     asked: bool,
 }
 

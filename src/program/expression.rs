@@ -64,7 +64,7 @@ impl Expression {
         first.into_iter().chain(second)
     }
 
-    /// The arguments, without duplicates.
+    /// The arguments, without duplicates: a square has one.
     pub(crate) fn distinct_arguments(self) -> impl Iterator<Item = Node> {
         let mut last = None;
         self.arguments().filter(move |&x| last.replace(x) != Some(x))

@@ -173,16 +173,11 @@ impl Graph {
     }
 
     /// The node whose negative this is.
-    pub(super) fn negated(&self, node: Node) -> Option<Node> {
+    pub(crate) fn negated(&self, node: Node) -> Option<Node> {
         match self.expression(node) {
             Expression::Of(Function::Negative, x) => Some(x),
             _ => None,
         }
-    }
-
-    /// Whether the node is the negative of another node.
-    pub(crate) fn is_negative(&self, node: Node) -> bool {
-        self.negated(node).is_some()
     }
 
     /// Whether one of two nodes is the negative of the other.

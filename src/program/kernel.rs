@@ -37,7 +37,7 @@ impl Kernel {
                 fixed.push(node);
             }
         }
-        let prelude = Program::new(graph, &parameters, &fixed)?;
+        let prelude = Program::in_stages(graph, &parameters, &[&fixed])?.pop()?;
         arguments.extend(fixed);
         Some(Kernel { inputs, prelude, stages: Program::in_stages(graph, &arguments, &stages)? })
     }

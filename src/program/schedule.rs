@@ -31,12 +31,8 @@ struct Tasks {
 }
 
 impl Program {
-    /// Compiles a program that computes nodes from `arguments`, which are its first registers; `None` if it needs too many registers.
-    pub(crate) fn new(graph: &Graph, arguments: &[Node], results: &[Node]) -> Option<Self> {
-        Program::in_stages(graph, arguments, &[results])?.pop()
-    }
-
-    /// Programs on the same registers: each continues with the results of earlier ones, and may be run repeatedly.
+    /// Compiles programs that compute nodes, stage by stage, from `arguments`, which are the first registers. Each program continues with the results of
+    /// earlier ones, and may be run repeatedly. `None` if they need too many registers.
     pub(crate) fn in_stages(graph: &Graph, arguments: &[Node], stages: &[&[Node]]) -> Option<Vec<Self>> {
         let mut is_known = vec![false; graph.len()];
         arguments.iter().for_each(|node| is_known[node.0 as usize] = true);

@@ -16,7 +16,7 @@ const FEW: usize = 10;
 /// Factor of the stationarity tolerance at a restart: the start is moved away from its bounds again, and would lead to the same end.
 const FINER: f64 = 1e-3;
 
-/// Reduces the violations from x, regardless of f: the end, and whether it is a local minimum of the violation that is not zero.
+/// Reduces the violations from x, regardless of f. Returns the end, and whether the violation has a local minimum there that is not zero.
 pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> Result<(Vec<f64>, bool), Error> {
     let target = Some(0.5 * options.violation.powi(2));
     let mut options = Options { iterations: ITERATIONS.min(options.iterations), target, stationarity: 1e-7, ..*options };

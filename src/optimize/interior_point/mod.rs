@@ -44,7 +44,7 @@ pub fn interior_point(
 ) -> Result<Outcome, Error> {
     solve(problem, start, options, |problem, x| {
         let mut method = Method::new(problem, &x, options.violation)?;
-        let mut iterations = Iterations::new(method.iterate(problem, 0.0));
+        let mut iterations = Iterations { history: vec![method.iterate(problem, 0.0)], idle: 0, begin: 0 };
         let found = iterate(problem, &mut method, &mut iterations, options, watch);
         let reason = problem.reason(found, iterations.history.len())?;
         let multipliers = method.all_multipliers(problem);
@@ -163,10 +163,6 @@ struct Iterations {
 }
 
 impl Iterations {
-    fn new(first: Iterate) -> Self {
-        Iterations { history: vec![first], idle: 0, begin: 0 }
-    }
-
     fn last(&self) -> Iterate {
         self.history[self.history.len() - 1]
     }

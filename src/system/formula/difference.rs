@@ -37,7 +37,7 @@ impl Pairs {
             let mut rows = rows.clone().filter(|row| !is_zero(row)).peekable();
             rows.peek().is_some() && rows.all(|row| graph.are_opposite(row[a], row[b]))
         };
-        let negatives = |i: usize| rows.clone().filter(|row| graph.is_negative(row[i])).count();
+        let negatives = |i: usize| rows.clone().filter(|row| graph.negated(row[i]).is_some()).count();
         for b in 0..n {
             let Some(a) = (0..b).find(|&a| pairs.0[a] == Role::Alone && is_opposite(a, b)) else { continue };
             // The coordinate whose derivatives have fewer minus signs becomes b.
