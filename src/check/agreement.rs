@@ -1,7 +1,7 @@
 //! Agreement of the references at a point, and the reason if they disagree.
 
-use super::oracle::Jacobian;
 use super::place::{NOISE, Place};
+use super::reference::Jacobian;
 
 /// Allowed relative difference between dual numbers and complex step, which are both exact up to rounding.
 const EXACT: f64 = 1e-9;
@@ -40,9 +40,9 @@ pub(crate) fn agreement(of: &Jacobian, place: &Place, magnitudes: &[f64], [rows,
         let apart = (dual - complex).abs();
         found.complex_step = found.complex_step.max(relative(apart));
         let mut why = None;
-        if let Some(oracle) = not_finite(dual, complex) {
+        if let Some(reference) = not_finite(dual, complex) {
             why = Some(format!(
-                "{oracle} infinity or NaN for {}: a root, logarithm or quotient at the edge of its domain",
+                "{reference} infinity or NaN for {}: a root, logarithm or quotient at the edge of its domain",
                 entry()
             ));
         } else if apart > EXACT * size + noise {

@@ -64,8 +64,8 @@ pub(crate) fn check(block: &Block, setting: &Setting) -> BlockReport {
     if places[..drawn].iter().all(|place| place.differences.iter().all(|x| !x.is_finite())) {
         report.notes.push("finite differences could not be computed near any point: two references instead of three".into());
     }
-    if report.points == 0 || report.verdict == Verdict::OraclesDisagree {
-        report.verdict = Verdict::OraclesDisagree;
+    if report.points == 0 || report.verdict == Verdict::ReferencesDisagree {
+        report.verdict = Verdict::ReferencesDisagree;
     } else {
         let seen: Vec<&[f64]> = judged.iter().map(|place| place.x.as_slice()).collect();
         judge(block, setting, judged, &mut report);
@@ -106,7 +106,7 @@ fn note_agreement(agreements: &[Agreement], chosen: usize, report: &mut BlockRep
     report.notes.extend(serious.or(conflicts.first()).map(|conflict| conflict.text.clone()));
     // If all chosen points have a conflict, additional points do not make up for them.
     if serious.is_some() || agreements[..chosen].iter().all(|agreement| agreement.conflict.is_some()) {
-        report.verdict = Verdict::OraclesDisagree;
+        report.verdict = Verdict::ReferencesDisagree;
     } else if !conflicts.is_empty() {
         report.notes.push(format!("{} of {} points were set aside because of this", conflicts.len(), agreements.len()));
     }
@@ -126,12 +126,12 @@ fn look_below(block: &Block, setting: &Setting, agreements: &mut [Agreement], re
     for (place, above) in places.iter().zip(agreements) {
         let below = agreement(of, place, &setting.magnitudes, [&rows, &setting.arguments[of.by.clone()]]);
         let Some(conflict) = below.conflict.filter(|_| above.conflict.is_none()) else { continue };
-        if !noted || !conflict.is_kink && report.verdict != Verdict::OraclesDisagree {
+        if !noted || !conflict.is_kink && report.verdict != Verdict::ReferencesDisagree {
             report.notes.push(conflict.text.clone());
             noted = true;
         }
         if !conflict.is_kink {
-            report.verdict = Verdict::OraclesDisagree;
+            report.verdict = Verdict::ReferencesDisagree;
         }
         above.conflict = Some(conflict);
     }

@@ -33,13 +33,13 @@ mod formula;
 mod function;
 mod gradient;
 mod matrix;
-mod oracle;
 #[cfg(feature = "files")]
 mod pipe;
 mod place;
 mod plan;
 mod point;
 mod random;
+mod reference;
 mod report;
 mod ridders;
 mod scale;

@@ -3,9 +3,9 @@
 use nalgebra::DMatrix;
 use std::ops::Range;
 
-use super::oracle::{Jacobian, differenced};
 use super::plan::Setting;
 use super::random::Random;
+use super::reference::{Jacobian, differenced};
 use super::scale::sizes;
 
 /// Allowed error of an entry in multiples of the noise of the true value.

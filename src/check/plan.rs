@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::compare::check;
 use super::draw::Drawn;
-use super::oracle::Jacobian;
+use super::reference::Jacobian;
 use super::report::Report;
 #[cfg(feature = "files")]
 use super::{Arguments, worksheet};

@@ -15,7 +15,7 @@ pub enum Verdict {
     /// Different from the value on which all references agree.
     Wrong,
     /// The references disagree: examine the formula itself first.
-    OraclesDisagree,
+    ReferencesDisagree,
     /// Nothing was compared; this is not a success.
     #[default]
     NothingCompared,
@@ -189,7 +189,8 @@ outcome!(Report);
 impl Verdict {
     /// The worst verdict of the blocks; `NothingCompared` if there are none.
     fn of_all(blocks: &[BlockReport]) -> Verdict {
-        let worst = [Verdict::Wrong, Verdict::OraclesDisagree, Verdict::NothingCompared, Verdict::Undecided, Verdict::Right];
+        let worst =
+            [Verdict::Wrong, Verdict::ReferencesDisagree, Verdict::NothingCompared, Verdict::Undecided, Verdict::Right];
         let any = |verdict: &Verdict| blocks.iter().any(|block| block.verdict == *verdict);
         worst.into_iter().find(any).unwrap_or_default()
     }
@@ -206,7 +207,7 @@ impl fmt::Display for Verdict {
             Verdict::Right => "right",
             Verdict::Undecided => "undecided",
             Verdict::Wrong => "WRONG",
-            Verdict::OraclesDisagree => "references disagree",
+            Verdict::ReferencesDisagree => "references disagree",
             Verdict::NothingCompared => "nothing compared",
             Verdict::Refused => "refused",
         })
@@ -223,7 +224,7 @@ impl fmt::Display for Report {
             Verdict::Right if self.blocks.len() == 1 => "right".to_string(),
             Verdict::Right => format!("all {} blocks are right", self.blocks.len()),
             Verdict::Wrong => format!("{wrong} of {} blocks wrong", self.blocks.len()),
-            Verdict::OraclesDisagree => "the references disagree; see below".to_string(),
+            Verdict::ReferencesDisagree => "the references disagree; see below".to_string(),
             Verdict::Undecided => "undecided: right where it was compared, but see the notes".to_string(),
             Verdict::NothingCompared | Verdict::Refused => "FAILED, because nothing was compared".to_string(),
         };

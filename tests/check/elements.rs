@@ -181,7 +181,7 @@ fn the_formula_is_blamed_where_the_formula_is_wrong() {
     let at = |x: f64| check::Point::<1, 1>::zero([]).with_q([x]);
     let kink = check::constraint(&Kink, []).at(at(0.0)).phi_q(|at| at.q[0].signum()).run();
     println!("{kink}");
-    assert_eq!(kink.verdict(), Verdict::OraclesDisagree);
+    assert_eq!(kink.verdict(), Verdict::ReferencesDisagree);
     assert!(kink.blocks[0].notes[0].contains("kink"));
 
     let beside = check::constraint(&Kink, []).at(at(0.0)).at(at(0.3)).at(at(-0.2)).phi_q(|at| at.q[0].signum()).run();
@@ -194,16 +194,16 @@ fn the_formula_is_blamed_where_the_formula_is_wrong() {
         .v_qq(|at| [[2.0 * at.q[1].sin(), 0.0], [0.0, 0.0]])
         .run();
     println!("{loses}");
-    assert!(loses.blocks.iter().all(|block| block.verdict == Verdict::OraclesDisagree));
+    assert!(loses.blocks.iter().all(|block| block.verdict == Verdict::ReferencesDisagree));
 
     // (Φ_q v)_q of |x| is zero on both sides of its kink; the kink is found in Φ itself.
     let below = check::constraint(&Kink, []).at(at(0.0).with_v([1.0])).phi_q_v_q(|_| 0.0).run();
     println!("{below}");
-    assert_eq!(below.verdict(), Verdict::OraclesDisagree);
+    assert_eq!(below.verdict(), Verdict::ReferencesDisagree);
 
     let root = check::cost(&Root, []).at(check::Point::zero([])).h_q(|_| 0.0).run();
     println!("{root}");
-    assert_eq!(root.verdict(), Verdict::OraclesDisagree);
+    assert_eq!(root.verdict(), Verdict::ReferencesDisagree);
     // Negative arguments are drawn again.
     check::cost(&Root, []).h_q(|at| 0.5 / at.q[0].sqrt()).run().assert_passed();
 }

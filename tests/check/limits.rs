@@ -173,7 +173,7 @@ fn a_bump_beside_a_given_point_is_found() {
 #[test]
 fn a_kink_is_named_and_blames_nobody() {
     let report = verdict(&One(Abs), Some(0.0), f64::signum);
-    assert!(report.verdict() == Verdict::OraclesDisagree && report.blocks[0].notes[0].contains("kink"));
+    assert!(report.verdict() == Verdict::ReferencesDisagree && report.blocks[0].notes[0].contains("kink"));
     let both = check::function(&One(Abs), ["x"], ["y"]).at(&[0.0]).at(&[0.2]).jacobian(|x: &[f64]| [[x[0].signum()]]).run();
     both.assert_passed();
     assert!(both.to_string().contains("kink"));
@@ -198,7 +198,7 @@ fn a_kink_at_a_given_point_hides_no_wrong_block() {
     for at in [3.0, -0.7, 1e5] {
         for wrong in [40.0, -1.0, 1e-3] {
             let report = verdict(&Beside(at), Some(at), |_| wrong);
-            assert_eq!(report.verdict(), Verdict::OraclesDisagree, "{report}");
+            assert_eq!(report.verdict(), Verdict::ReferencesDisagree, "{report}");
             assert!(report.to_string().contains("kink"), "{report}");
         }
     }
@@ -212,7 +212,7 @@ fn points_outside_of_the_domain_are_drawn_again_and_counted() {
     let report = verdict(&One(Never), None, |_| 0.0);
     assert!(report.verdict() == Verdict::Refused && matches!(report.refused, Some(Error::NoPoint { drawn }) if drawn > 0));
     // A given point is used wherever it is.
-    assert_eq!(verdict(&One(Root), Some(-1.0), |_| 0.0).verdict(), Verdict::OraclesDisagree);
+    assert_eq!(verdict(&One(Root), Some(-1.0), |_| 0.0).verdict(), Verdict::ReferencesDisagree);
 }
 
 #[test]

@@ -9,10 +9,10 @@ use std::rc::Rc;
 use super::draw::{Drawn, check_magnitudes, check_number, check_tolerance, draw};
 use super::formula::{Derived, Function, Made};
 use super::matrix::Matrix;
-use super::oracle::Jacobian;
 use super::plan::{Block, MatrixAt, Plan, Setting};
 use super::point::{Part, Places, Point};
 use super::random::Random;
+use super::reference::Jacobian;
 use super::report::Report;
 use crate::Error;
 

@@ -86,9 +86,9 @@ impl DirectionReport {
     pub(super) fn judge(&mut self, floor: f64, tolerance: f64) {
         self.floor = self.floor.max(floor);
         let exact = tolerance * self.scale();
-        let oracles = near(self.direct, self.complex_step, exact);
-        self.verdict = if !oracles || self.differences_differ() {
-            Verdict::OraclesDisagree
+        let agree = near(self.direct, self.complex_step, exact);
+        self.verdict = if !agree || self.differences_differ() {
+            Verdict::ReferencesDisagree
         } else if !near(self.adjoint, self.direct, exact) {
             Verdict::Wrong
         } else if self.is_seen || self.agrees(tolerance) {
@@ -111,7 +111,7 @@ impl DirectionReport {
 
     /// True if the exact ways disagree.
     pub(super) fn is_inexact(&self) -> bool {
-        matches!(self.verdict, Verdict::Wrong | Verdict::OraclesDisagree) && !self.only_differences_differ()
+        matches!(self.verdict, Verdict::Wrong | Verdict::ReferencesDisagree) && !self.only_differences_differ()
     }
 
     /// True if all ways except differences agree relative to dJ itself, however large J is: then dJ is not just rounding.
@@ -161,8 +161,8 @@ impl GradientReport {
         let rows = || self.directions.iter().chain(&self.worst_singles);
         let any = |verdict| rows().any(|row| row.verdict == verdict);
         let identity = self.identity.is_none_or(|identity| identity.first_wrong.is_none());
-        if any(Verdict::OraclesDisagree) {
-            Verdict::OraclesDisagree
+        if any(Verdict::ReferencesDisagree) {
+            Verdict::ReferencesDisagree
         } else if any(Verdict::Wrong) || !identity || !self.taylor_holds() {
             Verdict::Wrong
         } else if self.directions.iter().all(|row| row.size == 0.0 || row.verdict == Verdict::NothingCompared) {
@@ -214,9 +214,9 @@ mod tests {
         assert_eq!(row([0.5e-9, 0.0, 0.0, 0.5e-6]).verdict, Verdict::Right);
         for wrong in [2e-9, -2e-9, f64::NAN] {
             assert_eq!(row([wrong, 0.0, 0.0, 0.0]).verdict, Verdict::Wrong);
-            assert_eq!(row([0.0, 0.0, wrong, 0.0]).verdict, Verdict::OraclesDisagree);
+            assert_eq!(row([0.0, 0.0, wrong, 0.0]).verdict, Verdict::ReferencesDisagree);
         }
-        assert_eq!(row([0.0, 0.0, 0.0, 2e-6]).verdict, Verdict::OraclesDisagree);
+        assert_eq!(row([0.0, 0.0, 0.0, 2e-6]).verdict, Verdict::ReferencesDisagree);
         assert!(report(vec![row([0.0, 0.0, 0.0, 0.5])], 2.0, None).to_string().contains("a kink at these inputs"));
         assert!(!report(vec![row([0.0, 0.0, 0.5, 0.5])], 2.0, None).to_string().contains("a kink at these inputs"));
         // No motion exists at any step of the differences.
@@ -245,7 +245,7 @@ mod tests {
         let right = || vec![row([0.0; 4])];
         assert_eq!(report(right(), 2.0, None).verdict(), Verdict::Right);
         assert_eq!(report(vec![row([2e-9, 0.0, 0.0, 0.0])], 2.0, None).verdict(), Verdict::Wrong);
-        assert_eq!(report(vec![row([0.0, 0.0, 2e-9, 0.0])], 2.0, None).verdict(), Verdict::OraclesDisagree);
+        assert_eq!(report(vec![row([0.0, 0.0, 2e-9, 0.0])], 2.0, None).verdict(), Verdict::ReferencesDisagree);
         let broken = report(right(), 2.0, Some(3));
         assert!(broken.verdict() == Verdict::Wrong && broken.to_string().contains("BROKEN from node 3"));
         // Differences that are as far from the gradient allow a first-order remainder; others show that J is not smooth, whatever the rounding.
