@@ -1,13 +1,14 @@
 //! The comparison that all checks share: a hand-derived block against the references, at every point.
 
 use super::agreement::{Agreement, Conflict, agreement};
+use super::block::Block;
 use super::diagnosis::{self, Evidence};
 use super::matrix::fitting;
 use super::place::{Place, set_scales};
-use super::plan::{Block, Setting};
 use super::random::Random;
 use super::report::{BlockReport, Entry, Mistake, Verdict};
 use super::search::Features;
+use super::setting::Setting;
 
 /// Maximum number of additional places for each point and, divided by the number of columns, for the block; and its lower bound.
 const BENDS: (usize, usize, usize) = (3, 400, 6);

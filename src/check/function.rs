@@ -2,13 +2,15 @@
 
 use std::ops::Range;
 
+use super::block::Block;
 use super::draw::{Drawn, check_magnitudes, draw};
 use super::formula::Function;
 use super::matrix::Matrix;
-use super::plan::{Block, Plan, Setting};
+use super::plan::Plan;
 use super::random::Random;
 use super::reference::Jacobian;
 use super::report::Report;
+use super::setting::Setting;
 use crate::Error;
 use crate::motion::check_size;
 

@@ -22,6 +22,7 @@
 mod agreement;
 #[cfg(feature = "files")]
 mod arguments;
+mod block;
 mod compare;
 mod derivative;
 mod diagnosis;
@@ -44,6 +45,7 @@ mod report;
 mod ridders;
 mod scale;
 mod search;
+mod setting;
 mod step;
 #[cfg(feature = "files")]
 mod worksheet;

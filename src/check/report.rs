@@ -69,6 +69,12 @@ pub struct Diagnosis {
     pub text: String,
 }
 
+impl Diagnosis {
+    pub(super) fn new(mistake: Mistake, text: String) -> Self {
+        Diagnosis { mistake, text }
+    }
+}
+
 /// A wrong entry of a block, with the names of its equation and its variable.
 #[derive(Clone, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]

@@ -9,9 +9,10 @@ use serde::Deserialize;
 use serde_json::{Map, Value, json};
 
 use super::arguments::Arguments;
+use super::block::Block;
 use super::compare::{SEED, places};
-use super::plan::{Block, Setting};
 use super::random::Random;
+use super::setting::Setting;
 use crate::Error;
 
 const FORMAT: &str = "hamiltonian-adjoint worksheet";

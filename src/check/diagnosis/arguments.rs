@@ -3,9 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::Range;
 
-use super::Evidence;
+use super::evidence::Evidence;
 use super::mask::Mask;
-use crate::check::plan::Change;
+use crate::check::block::Change;
 use crate::check::report::{Diagnosis, Mistake};
 
 /// Diagnosis if the values are true at one of the changed points that the check has named.

@@ -8,10 +8,10 @@ use nalgebra::DMatrix;
 use num_dual::Dual64;
 use std::f64::consts::PI;
 
-use super::Evidence;
 use super::arguments::{Confusion, confusions};
+use super::evidence::{At, Evidence};
 use super::factor::likely_name;
-use super::mask::{At, Mask};
+use super::mask::Mask;
 use super::terms::describe;
 use crate::check::report::{Diagnosis, Mistake};
 use crate::program::{Expression, Function, Graph, Node};

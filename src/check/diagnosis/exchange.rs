@@ -1,7 +1,7 @@
 //! Right values in the wrong places: transposed, rows or columns exchanged, entries exchanged.
 
-use super::mask::{At, Lines, Mask};
-use super::{Evidence, diagnosis};
+use super::evidence::{At, Evidence};
+use super::mask::{Lines, Mask};
 use crate::check::report::{Diagnosis, Mistake};
 
 pub(super) fn transposed(mask: &Mask) -> Option<Diagnosis> {
@@ -29,7 +29,7 @@ pub(super) fn rows_or_columns(wrong: &Mask) -> Option<Diagnosis> {
         if Mask::all(wrong.of).explains(|p, e| wrong.truth(p, other(e))) {
             let (word, names) = (lines.word(), lines.names(wrong.of));
             let text = format!("the {word}s of {} and {} are exchanged", names[a], names[b]);
-            return Some(diagnosis(Mistake::Swapped, text));
+            return Some(Diagnosis::new(Mistake::Swapped, text));
         }
     }
     reordered(wrong.of)
@@ -47,14 +47,14 @@ fn reordered(evidence: &Evidence) -> Option<Diagnosis> {
     let (lines, order) = Lines::BOTH.into_iter().find_map(order)?;
     let list: Vec<&str> = order.iter().map(|&k| lines.names(evidence)[k].as_str()).collect();
     let text = format!("the {}s are in another order: they belong to {}", lines.word(), list.join(", "));
-    Some(diagnosis(Mistake::Swapped, text))
+    Some(Diagnosis::new(Mistake::Swapped, text))
 }
 
 /// Diagnosis if a row, column or entry has the values of another one.
 pub(super) fn entries(mask: &Mask) -> Option<Diagnosis> {
     let place = mask.place();
     let (names, others) = (&mask.of.block.rows, &mask.of.block.columns);
-    let says = |text: String| Some(diagnosis(Mistake::Swapped, text));
+    let says = |text: String| Some(Diagnosis::new(Mistake::Swapped, text));
     for lines in Lines::BOTH.into_iter().filter(|_| mask.entries.len() > 1) {
         let [one] = &mask.by(lines)[..] else { continue };
         let (own, names) = (lines.of(one.entries[0]), lines.names(mask.of));

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use super::Evidence;
+use super::evidence::Evidence;
 use super::mask::Mask;
 use crate::check::report::{Diagnosis, Mistake};
 

@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::fmt;
 
-use super::Evidence;
+use super::evidence::{At, Evidence};
 use crate::check::report::{Diagnosis, Mistake};
 
 /// Factor on the tolerance when a guess is compared with the user's values.
@@ -43,9 +43,6 @@ impl Lines {
     }
 }
 
-/// The row and the column of an entry.
-pub(super) type At = (usize, usize);
-
 /// Some entries of a block.
 pub(super) struct Mask<'e> {
     pub(super) of: &'e Evidence<'e>,
@@ -54,8 +51,7 @@ pub(super) struct Mask<'e> {
 
 impl<'e> Mask<'e> {
     pub(super) fn all(of: &'e Evidence) -> Self {
-        let columns = of.columns();
-        Mask { of, entries: (0..of.rows()).flat_map(|i| (0..columns).map(move |j| (i, j))).collect() }
+        Mask { of, entries: of.entries().collect() }
     }
 
     /// The entries for which a condition is true.

@@ -6,101 +6,41 @@
 
 mod arguments;
 mod chain;
+mod evidence;
 mod exchange;
 mod factor;
 mod mask;
 mod sides;
 mod terms;
 
-use nalgebra::DMatrix;
-
 use super::place::Place;
-use super::plan::{Block, Setting};
 use super::report::{Diagnosis, Mistake};
 use chain::Chain;
-use mask::{At, Lines, Mask};
+use evidence::At;
+pub(crate) use evidence::Evidence;
+use mask::{Lines, Mask};
 
 /// Blocks with more wrong entries than this are not diagnosed entry by entry.
 const MOST_SINGLE: usize = 6;
 /// Blocks with more wrong rows than this are only split if all of them have an explanation.
 const MOST_SPLIT: usize = 3;
 
-/// A block with the points at which it is judged.
-pub(crate) struct Evidence<'a> {
-    pub block: &'a Block<'a>,
-    pub setting: &'a Setting<'a>,
-    pub at: Vec<&'a Place>,
-}
-
-impl Evidence<'_> {
-    /// Keeps the first points, and the worst of the others.
-    pub(crate) fn with_worst(mut self, first: usize, most: usize) -> Self {
-        let all = Mask::all(&self).entries;
-        let worst = |p: usize| all.iter().map(|&entry| self.excess(p, entry)).fold(0.0, f64::max);
-        let excesses: Vec<f64> = (0..self.at.len()).map(worst).collect();
-        let mut others: Vec<_> = self.at.drain(first..).zip(excesses.into_iter().skip(first)).collect();
-        others.sort_by(|a, b| b.1.total_cmp(&a.1));
-        self.at.extend(others.into_iter().take(most).map(|(at, _)| at));
-        self
-    }
-
-    /// |hand − true| relative to its tolerance; an entry is wrong if this exceeds 1.
-    pub(crate) fn excess(&self, p: usize, entry: At) -> f64 {
-        match self.difference(p, entry).abs() {
-            0.0 => 0.0,
-            error if error.is_nan() => f64::INFINITY,
-            error => error / self.at[p].tolerance[entry],
-        }
-    }
-
-    fn difference(&self, p: usize, entry: At) -> f64 {
-        self.at[p].hand[entry] - self.at[p].truth[entry]
-    }
-
-    pub(crate) fn rows(&self) -> usize {
-        self.block.rows.len()
-    }
-
-    pub(crate) fn columns(&self) -> usize {
-        self.block.columns.len()
-    }
-
-    /// The true block at changed points.
-    fn truth_at(&self, change: &dyn Fn(&mut [f64])) -> Vec<DMatrix<f64>> {
-        let truth = |at: &&Place| {
-            let mut x = at.x.clone();
-            change(&mut x);
-            self.block.truth.dual(&x)
-        };
-        self.at.iter().map(truth).collect()
-    }
-
-    /// True if there are groups of arguments, and few enough arguments to try all of them one by one.
-    fn is_small(&self) -> bool {
-        !self.setting.groups.is_empty() && self.setting.arguments.len() <= 48
-    }
-}
-
 /// Diagnosis of wrong numbers of rows and columns.
 pub(crate) fn shape(evidence: &Evidence) -> Option<Diagnosis> {
     let Place { hand, truth, .. } = evidence.at.iter().find(|at| at.hand.shape() != at.truth.shape())?;
     let ((rows, columns), (r, c)) = (hand.shape(), truth.shape());
     if rows == 1 && columns == 1 && hand[0].is_nan() {
-        return Some(diagnosis(Mistake::NotFinite, "the given value is NaN instead of a matrix".into()));
+        return Some(Diagnosis::new(Mistake::NotFinite, "the given value is NaN instead of a matrix".into()));
     }
     let sizes = format!("{rows}×{columns} instead of {r}×{c}");
     let is_turned = (rows, columns) == (c, r);
     Some(if is_turned && (hand.transpose() - truth).amax() <= 1e-9 * truth.amax() {
-        diagnosis(Mistake::Transposed, format!("transposed: {sizes}, with the right values"))
+        Diagnosis::new(Mistake::Transposed, format!("transposed: {sizes}, with the right values"))
     } else if is_turned {
-        diagnosis(Mistake::Shape, format!("{sizes}: transposed, and with wrong values"))
+        Diagnosis::new(Mistake::Shape, format!("{sizes}: transposed, and with wrong values"))
     } else {
-        diagnosis(Mistake::Shape, sizes)
+        Diagnosis::new(Mistake::Shape, sizes)
     })
-}
-
-fn diagnosis(mistake: Mistake, text: String) -> Diagnosis {
-    Diagnosis { mistake, text }
 }
 
 /// Diagnoses of all differences of a block.

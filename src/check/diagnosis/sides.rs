@@ -1,8 +1,9 @@
 //! Blocks that are wrong on one side of a threshold only, for example where an argument is negative, or beyond an end stop.
 
 use super::chain::Chain;
+use super::evidence::Evidence;
+use super::known;
 use super::mask::Mask;
-use super::{Evidence, diagnosis, known};
 use crate::check::matrix::fitting;
 use crate::check::random::Random;
 use crate::check::report::{Diagnosis, Mistake};
@@ -32,7 +33,7 @@ pub(super) fn one_sided(mask: &Mask, chain: &Option<Chain>) -> Option<Diagnosis>
     let there = Evidence { at, ..*evidence };
     let found = known(&Mask::wrong(&there), &Chain::record(&there));
     let text = found.map_or_else(|| Mask::wrong(&there).place(), |found| found.text);
-    Some(diagnosis(Mistake::OneSided, format!("wrong only where {side}: {text}")))
+    Some(Diagnosis::new(Mistake::OneSided, format!("wrong only where {side}: {text}")))
 }
 
 /// Points with arguments of two others, each with `true` if the block is wrong there.

@@ -2,11 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use super::Evidence;
+use super::evidence::Evidence;
 use super::factor::{any_name, digits};
 use super::mask::Mask;
+use crate::check::block::MatrixAt;
 use crate::check::place::Place;
-use crate::check::plan::MatrixAt;
 use crate::check::report::{Diagnosis, Mistake};
 
 /// Errors below this fraction may be a lack of digits.

@@ -6,14 +6,16 @@ pub use blocks::{constraint, cost, force, kinetic_energy, potential_energy};
 
 use std::rc::Rc;
 
+use super::block::{Block, MatrixAt};
 use super::draw::{Drawn, check_magnitudes, check_number, check_tolerance, draw};
 use super::formula::{Derived, Function, Made};
 use super::matrix::Matrix;
-use super::plan::{Block, MatrixAt, Plan, Setting};
+use super::plan::Plan;
 use super::point::{Part, Places, Point};
 use super::random::Random;
 use super::reference::Jacobian;
 use super::report::Report;
+use super::setting::Setting;
 use crate::Error;
 
 /// A check of hand-derived derivatives of an element, created by [`constraint`](constraint()), [`kinetic_energy`], [`potential_energy`],

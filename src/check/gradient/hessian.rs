@@ -6,10 +6,15 @@ use std::fmt;
 use super::super::draw::check_tolerance;
 use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict, outcome};
+use super::Part;
 use super::directions::{only, product, random};
+use super::own::Own;
 use super::print::explain_difference;
+use super::report::DIFFERENCED;
+use super::sizes::sizes_of_inputs;
+use super::subject::{Subject, warnings_of};
+use super::taylor::FIRST_STEP;
 use super::ways::Way;
-use super::{DIFFERENCED, FIRST_STEP, Own, Part, Subject, sizes_of_inputs, warnings_of};
 use crate::check::Input;
 use crate::{Error, Hyper, Inputs, Output, Settings, System};
 

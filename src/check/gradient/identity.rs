@@ -14,7 +14,7 @@
 
 use num_dual::Dual64;
 
-use super::Subject;
+use super::subject::Subject;
 use crate::accelerations::CostSum;
 use crate::check::direct::moved;
 use crate::motion::Refinement;

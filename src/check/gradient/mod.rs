@@ -8,6 +8,7 @@ mod own;
 mod print;
 mod report;
 mod sizes;
+mod subject;
 mod taylor;
 mod ways;
 
@@ -21,35 +22,20 @@ use super::derivative::Input;
 use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::Verdict;
-use crate::{Error, Gradient, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
+use crate::{Error, Gradient, Inputs, Output, Settings, System};
 use directions::{only, product, random};
 use identity::identity;
 use own::Own;
 use sizes::{sizes_of_inputs, sizes_of_terms};
+use subject::{Subject, warnings_of};
 use taylor::taylor;
 use ways::Ways;
 
-/// First step of the differences and of the Taylor test, relative to the direction.
-const FIRST_STEP: f64 = 4e-3;
-/// Allowed error of the differences, in addition to their own error estimate.
-const DIFFERENCED: f64 = 1e-6;
-/// Safety factor on the error estimate of the differences, which may be too small.
-const CAUTION: f64 = 30.0;
 /// Errors are relative to at least these fractions of the largest dJ of a single input, and of a random direction.
 const LITTLE_BESIDE: f64 = 1e-3;
 const NOTHING_BESIDE: f64 = 1e-6;
 /// Maximum number of single inputs that a complete check lists.
 const MOST_LISTED: usize = 20;
-
-/// The function whose derivatives are checked: J, or an output, of a motion.
-#[derive(Clone, Copy)]
-struct Subject<'a> {
-    system: &'a System,
-    inputs: &'a Inputs,
-    settings: Settings,
-    /// J (0) or an output (from 1 on).
-    which: usize,
-}
 
 /// A check of the gradient, created by [`gradient`].
 #[must_use = "a check does nothing until it is run"]
@@ -194,49 +180,8 @@ impl GradientCheck<'_> {
     }
 }
 
-/// Warnings of a motion and its gradient, as text.
-fn warnings_of(solver: &Solver) -> Vec<String> {
-    let reports = [solver.report(), solver.adjoint_report()];
-    reports.iter().flat_map(|report| &report.warnings).map(ToString::to_string).collect()
-}
-
 /// Judges the rows again, with errors relative to at least this fraction of the largest.
 fn judge_among(rows: &mut [DirectionReport], part: f64, tolerance: f64) {
     let largest = rows.iter().fold(0.0f64, |m, row| m.max(row.scale()));
     rows.iter_mut().for_each(|row| row.judge(part * largest, tolerance));
-}
-
-impl<'a> Subject<'a> {
-    /// Same subject for an output instead of J; an output of another scene gets an index that is out of range.
-    fn of(self, output: Output) -> Self {
-        let beyond = if self.system.owns(output.0) { 0 } else { self.system.outputs() };
-        Subject { which: 1 + output.index() + beyond, ..self }
-    }
-
-    /// Name of the function in reports.
-    ///
-    /// # Errors
-    /// An output of another scene.
-    fn name(&self) -> Result<String, Error> {
-        match self.which {
-            0 => Ok("J".into()),
-            k if k <= self.system.outputs() => Ok(format!("output `{}`", self.system.output_name(k - 1))),
-            k => Err(Error::Parameter {
-                what: "the number of the output".into(),
-                value: (k - 1 - self.system.outputs()) as f64,
-                must_be: "that of an output of this system's scene",
-            }),
-        }
-    }
-
-    fn solved(&self) -> Result<(Solver<'a>, Gradient), Error> {
-        let mut solver = Solver::new(self.system, self.settings);
-        solver.simulate(self.inputs)?;
-        let gradient = solver.gradient_of(self.which)?.clone();
-        Ok((solver, gradient))
-    }
-
-    fn lifted<R: Real>(&self) -> Result<LiftedSolver<'a, R>, Error> {
-        LiftedSolver::new(self.system, self.inputs, self.settings)
-    }
 }

@@ -1,6 +1,7 @@
 //! Comparison of the user's gradient with that of the library, which has been checked before.
 
-use super::{Part, Subject};
+use super::Part;
+use super::subject::Subject;
 use crate::check::Input;
 use crate::check::report::{BlockReport, Diagnosis, Entry, Mistake, Verdict};
 use crate::{Error, Gradient, Inputs};

@@ -2,7 +2,12 @@
 
 use super::super::report::{BlockReport, Verdict, outcome};
 use super::taylor::ENOUGH;
-use super::{CAUTION, DIFFERENCED, Identity, Taylor};
+use super::{Identity, Taylor};
+
+/// Allowed error of the differences, in addition to their own error estimate.
+pub(super) const DIFFERENCED: f64 = 1e-6;
+/// Safety factor on the error estimate of the differences, which may be too small.
+pub(super) const CAUTION: f64 = 30.0;
 
 /// The derivative along one direction, computed in four ways.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,7 +1,7 @@
 //! The Taylor remainder test: J(x + s d) − J(x) − s g·d must shrink like s².
 
-use super::FIRST_STEP;
-
+/// First step of the differences and of the Taylor test, relative to the direction.
+pub(super) const FIRST_STEP: f64 = 4e-3;
 /// The Taylor remainder at one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]

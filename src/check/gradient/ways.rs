@@ -6,7 +6,9 @@ use std::cell::RefCell;
 use super::super::direct::moved;
 use super::super::ridders::ridders;
 use super::directions::product;
-use super::{CAUTION, DirectionReport, FIRST_STEP, Subject};
+use super::report::{CAUTION, DirectionReport};
+use super::subject::Subject;
+use super::taylor::FIRST_STEP;
 use crate::check::Input;
 use crate::{Cx, Error, Gradient, Hyper, Inputs, LiftedSolver, Real, Settings, Solver};
 

@@ -10,13 +10,15 @@ pub use terms::Terms;
 
 use std::ops::Range;
 
+use super::block::{Block, Change};
 use super::draw::{Drawn, check_tolerance};
 use super::formula::Formula;
 use super::matrix::Matrix;
-use super::plan::{Block, Change, Plan, Setting};
+use super::plan::Plan;
 use super::random::Random;
 use super::reference::Jacobian;
 use super::report::Report;
+use super::setting::Setting;
 use crate::motion::check_size;
 use crate::number::Real;
 use crate::paper_system::{Arguments, Equation, PaperSystem, Variable, part};

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 use num_dual::Dual64;
 
-use super::super::plan::MatrixAt;
+use super::super::block::MatrixAt;
 use super::point::{Part, State, StepPoint};
 use crate::System;
 use crate::paper_system::{Equation, PaperSystem, Variable};
