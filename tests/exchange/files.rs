@@ -178,7 +178,10 @@ fn what_is_wrong_in_a_table_is_named_with_its_line() {
     assert_says(&read("t,x,y\n0,1,\n"), &["`y` has no values"]);
     for (first, other) in [("x", "t"), ("", "Time [s]"), ("u", "t (s)")] {
         let error = read(&format!("{first},y,{other}\n0,1,2\n"));
-        assert_says(&error, &["line 1", &format!("column 3 is called `{other}`"), &format!("called `{first}`")]);
+        assert_says(
+            &error,
+            &["line 1", &format!("column 3 is called `{other}`"), &format!("first column, called `{first}`")],
+        );
     }
     for (name, unit) in [("t [ms]", "`ms`"), ("time[min]", "`min`"), ("t [1]", "`1`"), ("t (µs)", "`µs`"), ("t / h", "`h`")]
     {
