@@ -55,9 +55,9 @@
 //! | | consistent start: v₀ and σ₀ from q₀ and p*₀ | `forward/start.rs` |
 //! | (2) | schemes as Butcher tableaux ([`Scheme`]); the trapezoidal rule is the default | `scheme/` |
 //! | (3), (4) | the equations of one step, solved by Newton's method | `node/`, `forward/` |
-//! | | tangent matrix K of the reduced step, and Kᵀ | `system/block.rs`, `linear/` |
+//! | | tangent matrix K of the reduced step, and Kᵀ | `system/formula/block.rs`, `linear/` |
 //! | | formulas as programs | `program/`, docs/programs.md |
-//! | (5) | cost J = Σ h_i + S | `model/element.rs` ([`Cost`], [`Sum`]), `system/cost.rs` |
+//! | (5) | cost J = Σ h_i + S | `model/element.rs` ([`Cost`], [`Sum`]), `system/cost/rows.rs` |
 //! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns per step | `adjoint/sweep.rs` |
 //! | (2)–(12) | all 4n + m unknowns in the paper's blocks, as the reference for the reduced equations | `paper_system.rs` ([`paper_system`]) |
 //! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint/sweep.rs` |

@@ -5,7 +5,7 @@
 //!   K(0) (c, e) = (h_v̇, h_λ),               h gains ∂[c·f + e·g] with respect to q, v, u, t and b
 //! ```
 //!
-//! with f and g of `system/acceleration.rs`; r is the value of both at v̇ = 0 and λ = 0.
+//! with f and g of `system/tangent/acceleration.rs`; r is the value of both at v̇ = 0 and λ = 0.
 
 use super::state::{State, without_sigma};
 

@@ -1,4 +1,4 @@
-//! Adjoint equations of the assembly of a start (`forward/assembly/`): from dJ/dq₀ and dJ/dv₀ to the guess and the parameters.
+//! Adjoint equations of the assembly of a start (`assembly/`): from dJ/dq₀ and dJ/dv₀ to the guess and the parameters.
 //!
 //! ```text
 //!   velocities:   Aᵀ (c, e) + E k = (v̄, 0)       dJ/dv̂ = 𝓛_vv(q₀, v̂, 0) c + E k

@@ -7,7 +7,7 @@
 //!   Kᵀ (c, e) = ( h A + α − J_v − h J_q − (𝓛_qv + Q_v)ᵀ D − h (𝓛_qq + Q_q)ᵀ D,   −J_σ − (dΦ/dt)_q D )
 //! ```
 //!
-//! With a compliance μ (`forward/redundancy.rs`), the last part is −J_σ − (dΦ/dt)_q D − μ Σ e of the stages that follow.
+//! With a compliance μ (`redundancy/compliances.rs`), the last part is −J_σ − (dΦ/dt)_q D − μ Σ e of the stages that follow.
 
 use super::sweep::AdjointSweep;
 use crate::motion::{Motion, column};

@@ -1,4 +1,4 @@
-//! The compliances of a motion with dependent constraints (`forward/redundancy.rs`): their choice at the start, and the gaps and the loss of energy
+//! The compliances of a motion with dependent constraints (`redundancy/compliances.rs`): their choice at the start, and the gaps and the loss of energy
 //! that they cause.
 
 use super::selection;

@@ -1,6 +1,6 @@
 //! Selection of the dependent constraints that are left out after their positions have drifted apart.
 //!
-//! The compliances of `forward/redundancy.rs` distribute a reaction among dependent constraints. However, once a drift δ of Φ has made the rows of
+//! The compliances of `redundancy/compliances.rs` distribute a reaction among dependent constraints. However, once a drift δ of Φ has made the rows of
 //! Φ_q independent, the compliances brake the motion: each step reduces its velocity by the fraction δ²/μ. The remedy is to leave out as many
 //! equations as follow from the others. They are chosen at the projection of a node onto Φ = 0, where Φ_qᵀz = 0 holds to rounding for each dependency
 //! z, one after the other:

@@ -1,6 +1,6 @@
 //! Mass matrices that depend on the coordinates: T_q, the term that the paper's Eq. (1b) lacks, decides everything here.
 //!
-//! With `force` of the kinetic energy left out in `src/system/energy.rs`, every test of this file fails.
+//! With `force` of the kinetic energy left out in `src/system/formula/energy.rs`, every test of this file fails.
 
 use crate::common::{assert_gradient_is_exact, assert_order, bench::number, largest_difference};
 use hamiltonian_adjoint::planar::Body;

@@ -9,7 +9,7 @@
 //!   outputs    dJ/du, dJ/db, dJ/dΔt of the backward sweep, and what their formulas change by themselves
 //! ```
 //!
-//! Restarts ([`restart`]), assembled starts ([`assembly`]) and costs on accelerations (`forward/accelerations.rs`) are differentiated in the same
+//! Restarts ([`restart`]), assembled starts ([`assembly`]) and costs on accelerations (`accelerations/evaluation.rs`) are differentiated in the same
 //! way. A product is exact, symmetric to rounding, and costs about as much as a gradient.
 
 mod assembly;
