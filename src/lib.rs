@@ -52,17 +52,17 @@
 //! | paper | subject | file in `src` |
 //! |---|---|---|
 //! | (1a)–(1c) | equations of motion, from the elements | `model/element.rs`, `system/` |
-//! | | consistent start: v₀ and σ₀ from q₀ and p*₀ | `forward/start.rs` |
+//! | | consistent start: v₀ and σ₀ from q₀ and p*₀; start assembled from a guess | `forward/start.rs`, `assembly/` |
 //! | (2) | schemes as Butcher tableaux ([`Scheme`]); the trapezoidal rule is the default | `scheme/` |
 //! | (3), (4) | the equations of one step, solved by Newton's method | `node/`, `forward/` |
 //! | | tangent matrix K of the reduced step, and Kᵀ | `system/formula/block.rs`, `linear/` |
 //! | | formulas as programs | `program/`, docs/programs.md |
 //! | (5) | cost J = Σ h_i + S | `model/element.rs` ([`Cost`], [`Sum`]), `system/cost/rows.rs` |
-//! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns per step | `adjoint/sweep.rs` |
+//! | (6)–(10) | discrete adjoint equations, reduced to n + m unknowns per step | `adjoint/sweep.rs`; Eq. (9) for one node in `adjoint/stage.rs` |
 //! | (2)–(12) | all 4n + m unknowns in the paper's blocks, as the reference for the reduced equations | `paper_system.rs` ([`paper_system`]) |
 //! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint/sweep.rs` |
 //! | Section 4 | the example | `scene/scenes.rs` |
-//! | | dependent constraints; restarts; halved steps; checkpoints | `forward/`, `motion/refinement.rs`, `solver/long/` |
+//! | | dependent constraints; restarts; halved steps; checkpoints | `redundancy/`, `forward/`, `motion/refinement.rs`, `solver/long/` |
 //! | Fig. 6 | complex step, tangents, differences | `check/`, `solver/lifted/` |
 //!
 //! # Symbols
