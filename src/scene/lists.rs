@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::model::{Control, Coordinate, Multiplier, Param};
-use crate::system::{Applied, Holonomic, Kinetic, Potential, SEEDS};
+use crate::system::{Applied, Holonomic, Kinetic, Lists, Potential, SEEDS};
 use crate::{ListConstraint, ListForce, ListKineticEnergy, ListPotentialEnergy};
 
 impl Scene {
@@ -14,19 +14,19 @@ impl Scene {
 
     /// Adds a kinetic energy T(q, v; b) of lists ([`ListKineticEnergy`]).
     pub fn list_kinetic_energy(&mut self, name: &str, element: impl ListKineticEnergy, q: &[Coordinate], b: &[Param]) {
-        let formula = Kinetic::<_, SEEDS> { energy: element, n: q.len(), p: b.len() };
+        let formula = Kinetic::<_, SEEDS> { energy: Lists(element), n: q.len(), p: b.len() };
         self.insert(name, formula, (q, 0..0), &[], b);
     }
 
     /// Adds a potential energy V(q, t; b) of lists ([`ListPotentialEnergy`]).
     pub fn list_potential_energy(&mut self, name: &str, element: impl ListPotentialEnergy, q: &[Coordinate], b: &[Param]) {
-        let formula = Potential::<_, SEEDS> { energy: element, n: q.len(), p: b.len() };
+        let formula = Potential::<_, SEEDS> { energy: Lists(element), n: q.len(), p: b.len() };
         self.insert(name, formula, (q, 0..0), &[], b);
     }
 
     /// Adds a generalized force Q(q, v, u, t; b) of lists ([`ListForce`]).
     pub fn list_force(&mut self, name: &str, element: impl ListForce, q: &[Coordinate], u: &[Control], b: &[Param]) {
-        let formula = Applied::<_, SEEDS> { force: element, n: q.len(), k: u.len(), p: b.len() };
+        let formula = Applied::<_, SEEDS> { force: Lists(element), n: q.len(), k: u.len(), p: b.len() };
         self.insert(name, formula, (q, 0..0), u, b);
     }
 
@@ -39,7 +39,7 @@ impl Scene {
         q: &[Coordinate],
         b: &[Param],
     ) -> Vec<Multiplier> {
-        let formula = Holonomic::<_, SEEDS> { constraint: element, n: q.len(), m: equations, p: b.len() };
+        let formula = Holonomic::<_, SEEDS> { constraint: Lists(element), n: q.len(), m: equations, p: b.len() };
         let equations = self.equations(name, equations);
         self.insert(name, formula, (q, equations.clone()), &[], b);
         equations.map(|j| Multiplier(self.parts.scene.handle(j))).collect()

@@ -4,10 +4,14 @@ use num_dual::DualSVec64;
 
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::on_numbers::{AnyElement, List, OnNumbers, Read, Values, parts, place, with_lists, with_memory};
+use super::on_numbers::{AnyElement, OnNumbers, Read, Values, parts, place};
 use super::shape::{Shape, Slot};
 use crate::Scalar;
-use crate::model::element::{ListForce, ListForcePoint};
+
+/// The formula Q(q, v, u, t; b), which reads its arguments itself.
+pub trait ForceFormula: Send + Sync + 'static {
+    fn force<S: Scalar>(&self, shape: Shape, read: Read<S>, put: &mut dyn FnMut(S));
+}
 
 /// An applied force on n coordinates with k controls and p constants: adds Q to the right-hand side of Eq. (1b). `WIDTH` derivatives are
 /// computed at once.
@@ -18,26 +22,20 @@ pub struct Applied<E, const WIDTH: usize> {
     pub p: usize,
 }
 
-impl<E: ListForce, S: Scalar, const WIDTH: usize> Values<S> for Applied<E, WIDTH> {
+impl<E: ForceFormula, S: Scalar, const WIDTH: usize> Values<S> for Applied<E, WIDTH> {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
-        let lists: [List; 4] = [(Slot::Q, self.n), (Slot::V, self.n), (Slot::U, self.k), (Slot::B, self.p)];
-        with_lists(read, lists, &mut |[q, v, u, b]| {
-            with_memory(self.n, &mut |force: &mut [S]| {
-                self.force.force(&ListForcePoint { q, v, u, t: read(Slot::T) }, b, force);
-                force.iter().for_each(|component| put(*component));
-            });
-        });
+        self.force.force(self.shape(), read, put);
     }
 }
 
-impl<E: ListForce, R: Number, const WIDTH: usize> OnNumbers<R> for Applied<E, WIDTH> {
+impl<E: ForceFormula, R: Number, const WIDTH: usize> OnNumbers<R> for Applied<E, WIDTH> {
     fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
         let mut components = (0..).map(Component::Force);
         self.values(read, &mut |x| components.next().into_iter().for_each(|of| add(of, x)));
     }
 }
 
-impl<E: ListForce, const WIDTH: usize> AnyElement for Applied<E, WIDTH> {
+impl<E: ForceFormula, const WIDTH: usize> AnyElement for Applied<E, WIDTH> {
     fn kind(&self) -> ElementKind {
         ElementKind::Applied
     }

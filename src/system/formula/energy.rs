@@ -2,10 +2,19 @@
 
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::on_numbers::{AnyElement, OnNumbers, Read, Values, WIDE, by_columns, gradient, hessian, with_lists};
+use super::on_numbers::{AnyElement, OnNumbers, Read, Values, WIDE, by_columns, gradient, hessian};
 use super::shape::{Shape, Slot};
 use crate::Scalar;
-use crate::model::element::{ListKineticEnergy, ListPotentialEnergy};
+
+/// The formula T(q, v; b), which reads its arguments itself.
+pub trait KineticFormula: Send + Sync + 'static {
+    fn kinetic_energy<S: Scalar>(&self, shape: Shape, read: Read<S>) -> S;
+}
+
+/// The formula V(q, t; b), which reads its arguments itself.
+pub trait PotentialFormula: Send + Sync + 'static {
+    fn potential_energy<S: Scalar>(&self, shape: Shape, read: Read<S>) -> S;
+}
 
 /// A kinetic energy of n coordinates and p constants: 𝓛_v = T_v, 𝓛_q = T_q. `WIDTH` derivatives are computed at once.
 pub struct Kinetic<E, const WIDTH: usize> {
@@ -14,22 +23,20 @@ pub struct Kinetic<E, const WIDTH: usize> {
     pub p: usize,
 }
 
-impl<E: ListKineticEnergy, S: Scalar, const WIDTH: usize> Values<S> for Kinetic<E, WIDTH> {
+impl<E: KineticFormula, S: Scalar, const WIDTH: usize> Values<S> for Kinetic<E, WIDTH> {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
-        with_lists(read, [(Slot::Q, self.n), (Slot::V, self.n), (Slot::B, self.p)], &mut |[q, v, b]| {
-            put(self.energy.kinetic_energy(q, v, b));
-        });
+        put(self.energy.kinetic_energy(self.shape(), read));
     }
 }
 
-impl<E: ListKineticEnergy, R: Number, const WIDTH: usize> OnNumbers<R> for Kinetic<E, WIDTH> {
+impl<E: KineticFormula, R: Number, const WIDTH: usize> OnNumbers<R> for Kinetic<E, WIDTH> {
     fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
         gradient::<R, WIDTH>(self, (Slot::V, self.n), read, &mut |i, slope| add(Component::Momentum(i), slope));
         gradient::<R, WIDTH>(self, (Slot::Q, self.n), read, &mut |i, slope| add(Component::Force(i), slope));
     }
 }
 
-impl<E: ListKineticEnergy, const WIDTH: usize> AnyElement for Kinetic<E, WIDTH> {
+impl<E: KineticFormula, const WIDTH: usize> AnyElement for Kinetic<E, WIDTH> {
     fn kind(&self) -> ElementKind {
         ElementKind::Kinetic
     }
@@ -60,21 +67,19 @@ pub struct Potential<E, const WIDTH: usize> {
     pub p: usize,
 }
 
-impl<E: ListPotentialEnergy, S: Scalar, const WIDTH: usize> Values<S> for Potential<E, WIDTH> {
+impl<E: PotentialFormula, S: Scalar, const WIDTH: usize> Values<S> for Potential<E, WIDTH> {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
-        with_lists(read, [(Slot::Q, self.n), (Slot::B, self.p)], &mut |[q, b]| {
-            put(self.energy.potential_energy(q, b, read(Slot::T)));
-        });
+        put(self.energy.potential_energy(self.shape(), read));
     }
 }
 
-impl<E: ListPotentialEnergy, R: Number, const WIDTH: usize> OnNumbers<R> for Potential<E, WIDTH> {
+impl<E: PotentialFormula, R: Number, const WIDTH: usize> OnNumbers<R> for Potential<E, WIDTH> {
     fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
         gradient::<R, WIDTH>(self, (Slot::Q, self.n), read, &mut |i, slope| add(Component::Force(i), -slope));
     }
 }
 
-impl<E: ListPotentialEnergy, const WIDTH: usize> AnyElement for Potential<E, WIDTH> {
+impl<E: PotentialFormula, const WIDTH: usize> AnyElement for Potential<E, WIDTH> {
     fn kind(&self) -> ElementKind {
         ElementKind::Potential
     }

@@ -1,14 +1,15 @@
-//! [`Fixed`]: formulas of fixed numbers of arguments as formulas of lists.
+//! [`Fixed`]: formulas of fixed numbers of arguments.
 
 use nalgebra::SVector;
 
-use super::applied::Applied;
-use super::energy::{Kinetic, Potential};
-use super::holonomic::Holonomic;
+use super::applied::{Applied, ForceFormula};
+use super::energy::{Kinetic, KineticFormula, Potential, PotentialFormula};
+use super::holonomic::{ConstraintFormula, Holonomic};
+use super::on_numbers::Read;
+use super::shape::{Shape, Slot};
 use crate::Scalar;
 use crate::model::element::{
-    Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListConstraint, ListCost, ListForce, ListForcePoint,
-    ListKineticEnergy, ListPoint, ListPotentialEnergy, PotentialEnergy,
+    Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListCost, ListPoint, PotentialEnergy,
 };
 
 /// The list as a vector of fixed length.
@@ -20,28 +21,34 @@ fn vector<S: Scalar, const L: usize>(x: &[S]) -> SVector<S, L> {
 /// A formula with N coordinates, M multipliers or equations, K controls and P constants.
 pub struct Fixed<F, const N: usize, const M: usize, const K: usize, const P: usize>(pub F);
 
-impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> ListKineticEnergy for Fixed<E, N, 0, 0, P> {
-    fn kinetic_energy<S: Scalar>(&self, q: &[S], v: &[S], b: &[S]) -> S {
-        self.0.kinetic_energy(&vector(q), &vector(v), &vector(b))
+/// The arguments of one list; compiled for each length, not for each element.
+fn slots<S: Scalar, const L: usize>(read: Read<S>, of: fn(usize) -> Slot) -> SVector<S, L> {
+    SVector::from_fn(|i, _| read(of(i)))
+}
+
+impl<E: KineticEnergy<N, P>, const N: usize, const P: usize> KineticFormula for Fixed<E, N, 0, 0, P> {
+    fn kinetic_energy<S: Scalar>(&self, _: Shape, read: Read<S>) -> S {
+        self.0.kinetic_energy(&slots(read, Slot::Q), &slots(read, Slot::V), &slots(read, Slot::B))
     }
 }
 
-impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> ListPotentialEnergy for Fixed<E, N, 0, 0, P> {
-    fn potential_energy<S: Scalar>(&self, q: &[S], b: &[S], t: S) -> S {
-        self.0.potential_energy(&vector(q), &vector(b), t)
+impl<E: PotentialEnergy<N, P>, const N: usize, const P: usize> PotentialFormula for Fixed<E, N, 0, 0, P> {
+    fn potential_energy<S: Scalar>(&self, _: Shape, read: Read<S>) -> S {
+        self.0.potential_energy(&slots(read, Slot::Q), &slots(read, Slot::B), read(Slot::T))
     }
 }
 
-impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> ListForce for Fixed<E, N, 0, K, P> {
-    fn force<S: Scalar>(&self, at: &ListForcePoint<S>, b: &[S], force: &mut [S]) {
-        let at = ForcePoint { q: vector(at.q), v: vector(at.v), u: vector(at.u), t: at.t };
-        force.copy_from_slice(self.0.force(&at, &vector(b)).as_slice());
+impl<E: Force<N, K, P>, const N: usize, const K: usize, const P: usize> ForceFormula for Fixed<E, N, 0, K, P> {
+    fn force<S: Scalar>(&self, _: Shape, read: Read<S>, put: &mut dyn FnMut(S)) {
+        let (q, v, u) = (slots(read, Slot::Q), slots(read, Slot::V), slots(read, Slot::U));
+        let force = self.0.force(&ForcePoint { q, v, u, t: read(Slot::T) }, &slots(read, Slot::B));
+        force.iter().for_each(|component| put(*component));
     }
 }
 
-impl<E: Constraint<N, M, P>, const N: usize, const M: usize, const P: usize> ListConstraint for Fixed<E, N, M, 0, P> {
-    fn phi<S: Scalar>(&self, q: &[S], b: &[S], t: S, phi: &mut [S]) {
-        phi.copy_from_slice(self.0.phi(&vector(q), &vector(b), t).as_slice());
+impl<E: Constraint<N, M, P>, const N: usize, const M: usize, const P: usize> ConstraintFormula for Fixed<E, N, M, 0, P> {
+    fn phi<S: Scalar>(&self, _: Shape, read: Read<S>, put: &mut dyn FnMut(S)) {
+        self.0.phi(&slots(read, Slot::Q), &slots(read, Slot::B), read(Slot::T)).iter().for_each(|phi| put(*phi));
     }
 }
 

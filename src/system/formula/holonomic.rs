@@ -12,10 +12,14 @@ use num_dual::{Derivative, Dual, Dual64, DualSVec, HyperDualVec};
 
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::on_numbers::{AnyElement, OnNumbers, Read, Values, WIDE, by_columns, parts, place, with_lists, with_memory};
+use super::on_numbers::{AnyElement, OnNumbers, Read, Values, WIDE, by_columns, parts, place};
 use super::shape::{Shape, Slot};
 use crate::Scalar;
-use crate::model::element::ListConstraint;
+
+/// The formula Φ(q, t; b), which reads its arguments itself.
+pub trait ConstraintFormula: Send + Sync + 'static {
+    fn phi<S: Scalar>(&self, shape: Shape, read: Read<S>, put: &mut dyn FnMut(S));
+}
 
 /// A holonomic constraint of m equations on n coordinates with p constants: 𝓛_v = Φ_qᵀσ, 𝓛_q = (dΦ/dt)_qᵀσ. `WIDTH` derivatives
 /// are computed at once.
@@ -26,18 +30,13 @@ pub struct Holonomic<E, const WIDTH: usize> {
     pub p: usize,
 }
 
-impl<E: ListConstraint, S: Scalar, const WIDTH: usize> Values<S> for Holonomic<E, WIDTH> {
+impl<E: ConstraintFormula, S: Scalar, const WIDTH: usize> Values<S> for Holonomic<E, WIDTH> {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
-        with_lists(read, [(Slot::Q, self.n), (Slot::B, self.p)], &mut |[q, b]| {
-            with_memory(self.m, &mut |phi: &mut [S]| {
-                self.constraint.phi(q, b, read(Slot::T), phi);
-                phi.iter().for_each(|phi| put(*phi));
-            });
-        });
+        self.constraint.phi(self.shape(), read, put);
     }
 }
 
-impl<E: ListConstraint, R: Number, const WIDTH: usize> OnNumbers<R> for Holonomic<E, WIDTH> {
+impl<E: ConstraintFormula, R: Number, const WIDTH: usize> OnNumbers<R> for Holonomic<E, WIDTH> {
     fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
         first::<R, WIDTH>(self, self.n, read, add);
     }
@@ -47,7 +46,7 @@ impl<E: ListConstraint, R: Number, const WIDTH: usize> OnNumbers<R> for Holonomi
     }
 }
 
-impl<E: ListConstraint, const WIDTH: usize> AnyElement for Holonomic<E, WIDTH> {
+impl<E: ConstraintFormula, const WIDTH: usize> AnyElement for Holonomic<E, WIDTH> {
     fn kind(&self) -> ElementKind {
         ElementKind::Holonomic
     }
