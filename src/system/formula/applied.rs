@@ -4,8 +4,8 @@ use num_dual::DualSVec64;
 
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::on_numbers::{AnyElement, OnNumbers, Read, Values, parts, place};
-use super::shape::{Shape, Slot};
+use super::on_numbers::{AnyElement, By, OnNumbers, Read, Values, parts, place};
+use super::shape::Shape;
 use crate::Scalar;
 
 /// The formula Q(q, v, u, t; b), which reads its arguments itself.
@@ -58,12 +58,13 @@ fn tangents<const WIDTH: usize>(
     blocks: &mut [f64],
 ) {
     blocks.fill(0.0);
-    let lists: [fn(usize) -> Slot; 2] = [Slot::V, Slot::Q];
-    for (which, of, first) in (0..).zip(lists).flat_map(|(which, of)| parts::<WIDTH>(n).map(move |i| (which, of, i))) {
+    for (which, by, first) in
+        (0..).zip([By::V, By::Q]).flat_map(|(which, by)| parts::<WIDTH>(n).map(move |i| (which, by, i)))
+    {
         let block = &mut blocks[which * n * n..];
         let seeded = |slot| {
             let x = DualSVec64::from_re(read(slot));
-            place::<WIDTH>(slot, of, first).map_or(x, |k| x.derivative(k))
+            place::<WIDTH>(slot, by, first).map_or(x, |k| x.derivative(k))
         };
         let mut rows = 0..;
         formula.values(&seeded, &mut |force| {

@@ -2,8 +2,8 @@
 
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::on_numbers::{AnyElement, OnNumbers, Read, Values, WIDE, by_columns, gradient, hessian};
-use super::shape::{Shape, Slot};
+use super::on_numbers::{AnyElement, By, OnNumbers, Read, Values, WIDE, by_columns, gradient, hessian};
+use super::shape::Shape;
 use crate::Scalar;
 
 /// The formula T(q, v; b), which reads its arguments itself.
@@ -31,8 +31,8 @@ impl<E: KineticFormula, S: Scalar, const WIDTH: usize> Values<S> for Kinetic<E, 
 
 impl<E: KineticFormula, R: Number, const WIDTH: usize> OnNumbers<R> for Kinetic<E, WIDTH> {
     fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
-        gradient::<R, WIDTH>(self, (Slot::V, self.n), read, &mut |i, slope| add(Component::Momentum(i), slope));
-        gradient::<R, WIDTH>(self, (Slot::Q, self.n), read, &mut |i, slope| add(Component::Force(i), slope));
+        gradient::<R, WIDTH>(self, (By::V, self.n), read, &mut |i, slope| add(Component::Momentum(i), slope));
+        gradient::<R, WIDTH>(self, (By::Q, self.n), read, &mut |i, slope| add(Component::Force(i), slope));
     }
 }
 
@@ -53,10 +53,9 @@ impl<E: KineticFormula, const WIDTH: usize> AnyElement for Kinetic<E, WIDTH> {
         let square = self.n * self.n;
         let (vv, rest) = blocks.split_at_mut(square);
         let (vq, qq) = rest.split_at_mut(square);
-        let (q, v): ((fn(usize) -> Slot, usize), (fn(usize) -> Slot, usize)) = ((Slot::Q, self.n), (Slot::V, self.n));
-        hessian::<WIDTH>(self, [v, v], read, &mut |i, slope| add(Component::Momentum(i), slope), vv);
-        hessian::<WIDTH>(self, [v, q], read, &mut |_, _| (), vq);
-        hessian::<WIDTH>(self, [q, q], read, &mut |i, slope| add(Component::Force(i), slope), qq);
+        hessian::<WIDTH>(self, ([By::V, By::V], self.n), read, &mut |i, slope| add(Component::Momentum(i), slope), vv);
+        hessian::<WIDTH>(self, ([By::V, By::Q], self.n), read, &mut |_, _| (), vq);
+        hessian::<WIDTH>(self, ([By::Q, By::Q], self.n), read, &mut |i, slope| add(Component::Force(i), slope), qq);
     }
 }
 
@@ -75,7 +74,7 @@ impl<E: PotentialFormula, S: Scalar, const WIDTH: usize> Values<S> for Potential
 
 impl<E: PotentialFormula, R: Number, const WIDTH: usize> OnNumbers<R> for Potential<E, WIDTH> {
     fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
-        gradient::<R, WIDTH>(self, (Slot::Q, self.n), read, &mut |i, slope| add(Component::Force(i), -slope));
+        gradient::<R, WIDTH>(self, (By::Q, self.n), read, &mut |i, slope| add(Component::Force(i), -slope));
     }
 }
 
@@ -93,8 +92,7 @@ impl<E: PotentialFormula, const WIDTH: usize> AnyElement for Potential<E, WIDTH>
             return by_columns(self, read, add, blocks);
         }
         blocks.fill(0.0);
-        let lists: [(fn(usize) -> Slot, usize); 2] = [(Slot::Q, self.n); 2];
-        hessian::<WIDTH>(self, lists, read, &mut |i, slope| add(Component::Force(i), -slope), blocks);
+        hessian::<WIDTH>(self, ([By::Q, By::Q], self.n), read, &mut |i, slope| add(Component::Force(i), -slope), blocks);
         blocks.iter_mut().for_each(|x| *x = -*x);
     }
 }

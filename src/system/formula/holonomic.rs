@@ -12,7 +12,7 @@ use num_dual::{Derivative, Dual, Dual64, DualSVec, HyperDualVec};
 
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::on_numbers::{AnyElement, OnNumbers, Read, Values, WIDE, by_columns, parts, place};
+use super::on_numbers::{AnyElement, By, OnNumbers, Read, Values, WIDE, by_columns, parts, place};
 use super::shape::{Shape, Slot};
 use crate::Scalar;
 
@@ -75,7 +75,7 @@ fn first<R: Number, const WIDTH: usize>(
             let x = DualSVec::from_re(read(slot));
             match slot {
                 Slot::Q(i) => {
-                    let x = place::<WIDTH>(slot, Slot::Q, first).map_or(x, |k| x.derivative(k));
+                    let x = place::<WIDTH>(slot, By::Q, first).map_or(x, |k| x.derivative(k));
                     Dual::new(x, DualSVec::from_re(read(Slot::V(i))))
                 }
                 Slot::T => Dual::new(x, DualSVec::from_re(R::one())),
@@ -132,8 +132,8 @@ fn second<const WIDTH: usize>(
                 _ => 0.0,
             };
             let x = HyperDualVec::<_, Const<WIDTH>, Const<WIDTH>>::from_re(Dual64::new(read(slot), rate));
-            let x = place::<WIDTH>(slot, Slot::Q, first).map_or(x, |k| x.derivative1(k));
-            place::<WIDTH>(slot, Slot::Q, column).map_or(x, |k| x.derivative2(k))
+            let x = place::<WIDTH>(slot, By::Q, first).map_or(x, |k| x.derivative1(k));
+            place::<WIDTH>(slot, By::Q, column).map_or(x, |k| x.derivative2(k))
         };
         let mut equations = 0..;
         formula.values(&moving, &mut |phi| {

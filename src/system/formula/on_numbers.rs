@@ -57,10 +57,20 @@ pub trait AnyElement: OnNumbers<Cx> + OnNumbers<Slope> + OnNumbers<Hyper> + Reco
 /// A list of arguments.
 pub type List = (fn(usize) -> Slot, usize);
 
-/// The place of an argument among the `WIDTH` ones of a list that begin with number `first`.
-pub fn place<const WIDTH: usize>(slot: Slot, of: fn(usize) -> Slot, first: usize) -> Option<usize> {
-    let i = slot.index();
-    (of(i) == slot && (first..first + WIDTH).contains(&i)).then(|| i - first)
+/// The arguments by which formulas are differentiated: coordinates or velocities.
+#[derive(Clone, Copy)]
+pub enum By {
+    Q,
+    V,
+}
+
+/// The place of an argument among the `WIDTH` coordinates or velocities that begin with number `first`.
+#[inline]
+pub fn place<const WIDTH: usize>(slot: Slot, by: By, first: usize) -> Option<usize> {
+    match (by, slot) {
+        (By::Q, Slot::Q(i)) | (By::V, Slot::V(i)) => i.checked_sub(first).filter(|place| *place < WIDTH),
+        _ => None,
+    }
 }
 
 /// The numbers with which parts of `WIDTH` arguments of a list begin; one part if the list is empty.
@@ -68,35 +78,36 @@ pub fn parts<const WIDTH: usize>(len: usize) -> impl Iterator<Item = usize> {
     (0..len.max(1)).step_by(WIDTH.max(1))
 }
 
-/// The derivatives of a single value with respect to the arguments of a list.
+/// The derivatives of a single value with respect to n coordinates or velocities.
 pub fn gradient<R: Number, const WIDTH: usize>(
     formula: &dyn Values<DualSVec<R, WIDTH>>,
-    (of, len): List,
+    (by, n): (By, usize),
     read: Read<R>,
     put: &mut dyn FnMut(usize, R),
 ) {
-    for first in parts::<WIDTH>(len) {
+    for first in parts::<WIDTH>(n) {
         let seeded = |slot| {
             let x = DualSVec::from_re(read(slot));
-            place::<WIDTH>(slot, of, first).map_or(x, |k| x.derivative(k))
+            place::<WIDTH>(slot, by, first).map_or(x, |k| x.derivative(k))
         };
         formula.values(&seeded, &mut |value| {
             if let Some(slopes) = value.eps.0 {
-                (first..len).zip(&slopes).for_each(|(i, slope)| put(i, *slope));
+                (first..n).zip(&slopes).for_each(|(i, slope)| put(i, *slope));
             }
         });
     }
 }
 
-/// The second derivatives of a single value with respect to the arguments of two lists, row by row, and the first ones with respect to the first list.
+/// The second derivatives of a single value with respect to n coordinates or velocities and n others, row by row, and the first ones with respect to the
+/// former.
 pub fn hessian<const WIDTH: usize>(
     formula: &dyn Values<HyperDualSVec64<WIDTH, WIDTH>>,
-    [(row, rows), (column, columns)]: [List; 2],
+    ([row, column], n): ([By; 2], usize),
     read: Read<f64>,
     put_first: &mut dyn FnMut(usize, f64),
     block: &mut [f64],
 ) {
-    for (first, first_column) in parts::<WIDTH>(rows).flat_map(|i| parts::<WIDTH>(columns).map(move |j| (i, j))) {
+    for (first, first_column) in parts::<WIDTH>(n).flat_map(|i| parts::<WIDTH>(n).map(move |j| (i, j))) {
         let seeded = |slot| {
             let x = HyperDualSVec64::from_re(read(slot));
             let x = place::<WIDTH>(slot, row, first).map_or(x, |k| x.derivative1(k));
@@ -104,11 +115,11 @@ pub fn hessian<const WIDTH: usize>(
         };
         formula.values(&seeded, &mut |value| {
             if let Some(slopes) = value.eps1.0.filter(|_| first_column == 0) {
-                (first..rows).zip(&slopes).for_each(|(i, slope)| put_first(i, *slope));
+                (first..n).zip(&slopes).for_each(|(i, slope)| put_first(i, *slope));
             }
             let Some(second) = value.eps1eps2.0 else { return };
-            for (i, row) in (first..rows).zip(second.row_iter()) {
-                (first_column..columns).zip(&row).for_each(|(j, x)| block[i * columns + j] = *x);
+            for (i, row) in (first..n).zip(second.row_iter()) {
+                (first_column..n).zip(&row).for_each(|(j, x)| block[i * n + j] = *x);
             }
         });
     }

@@ -20,17 +20,6 @@ pub enum Slot {
     UDot(usize),
 }
 
-impl Slot {
-    /// The number of the argument in its list.
-    pub const fn index(self) -> usize {
-        match self {
-            Slot::Q(i) | Slot::V(i) | Slot::Sigma(i) | Slot::U(i) | Slot::B(i) => i,
-            Slot::PStar(i) | Slot::PStarDot(i) | Slot::VDot(i) | Slot::Lambda(i) | Slot::UDot(i) => i,
-            Slot::T => 0,
-        }
-    }
-}
-
 /// An argument of a program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
