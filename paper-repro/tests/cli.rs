@@ -46,7 +46,7 @@ fn wrong_arguments_are_refused_in_one_line_with_what_is_allowed() {
         (&["--links", "-1"], "1..=50"),
         (&["--links", ""], "--links"),
         (&["--links", "2", "--links", "2"], "multiple times"),
-        (&["--links", "2", "--friction-joint", "2"], "hinges"),
+        (&["--links", "2", "--friction-joint", "2"], "hinge"),
         (&["--iterations", "4294967295"], "1..=100000"),
         (&["--iterations", "0"], "1..=100000"),
         (&["--length", "NaN"], "finite"),

@@ -6,6 +6,9 @@ use std::ops::RangeInclusive;
 use crate::model::{Drawn, Frame, Owner, Point, Shape};
 use crate::{Coordinate, Mechanics, System};
 
+/// The motion, m, below which a mechanism without any length counts as at rest.
+const ROUNDING: f64 = 1e-12;
+
 /// Unit length of marks, relative to the larger side of the view.
 const UNIT: f64 = 0.012;
 /// Powers of ten of the larger side in m that are drawn without scaling, because pictures use single precision and few digits.
@@ -213,15 +216,14 @@ impl Figure {
                 _ => Vec::new(),
             }
         };
-        let mut corners = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
-        for point in moving.chain(self.marks.iter().flat_map(of_mark)) {
-            for k in 0..2 {
-                corners[0][k] = corners[0][k].min(point[k]);
-                corners[1][k] = corners[1][k].max(point[k]);
-            }
+        let marks = || self.marks.iter().flat_map(of_mark);
+        let [[left, bottom], [right, top]] = corners(moving.chain(marks()));
+        let at_start = corners(places.iter().map(|&place| figure.position(place, 0)).chain(marks()));
+        let (mut width, mut height) = (right - left, top - bottom);
+        // Of a mechanism without any length, such a motion is rounding.
+        if at_start[0] == at_start[1] && width.max(height) < ROUNDING {
+            (width, height) = (0.0, 0.0);
         }
-        let [[left, bottom], [right, top]] = corners;
-        let (width, height) = (right - left, top - bottom);
         let size = if width.max(height) > 0.0 { width.max(height) } else { 1.0 };
         let (width, height) = if width.is_finite() { (width, height) } else { (1.0, 1.0) };
         let [left, bottom] = if left.is_finite() { [left, bottom] } else { [0.0; 2] };
@@ -256,6 +258,13 @@ impl Figure {
         larger(&mut self.view);
         self.unit *= by;
     }
+}
+
+/// The lower left and the upper right corner of the smallest rectangle that contains all points.
+fn corners(points: impl Iterator<Item = [f64; 2]>) -> [[f64; 2]; 2] {
+    points.fold([[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]], |[low, high], point| {
+        [[0, 1].map(|k| low[k].min(point[k])), [0, 1].map(|k| high[k].max(point[k]))]
+    })
 }
 
 /// Values relative to the largest; zeros if all are zero.

@@ -170,6 +170,12 @@ impl fmt::Display for Error {
                 if arguments.is_empty() { String::new() } else { format!(" for {arguments}") },
                 seconds(*time)
             ),
+            Error::Panics { element, time } => write!(
+                f,
+                "the formula of `{element}` panics at the start of the motion (t = {} s), for example because of an index out of range; see the message \
+                 of the panic",
+                seconds(*time)
+            ),
             Error::Changed { element } => write!(
                 f,
                 "the formula of `{element}` depends on its arguments differently than when the scene was compiled; turn quantities that \

@@ -256,6 +256,13 @@ pub enum Error {
         /// Time of the node, s.
         time: f64,
     },
+    /// A formula panics at the start of a motion, for example because of an index out of range.
+    Panics {
+        /// The element or cost.
+        element: String,
+        /// Time of the start, s.
+        time: f64,
+    },
     /// A formula depends on its arguments differently than when the scene was compiled, so its structure is no longer valid.
     Changed {
         /// The element.

@@ -48,6 +48,7 @@ impl ForwardSweep {
         self.stepper.start_sigma.fill(0.0);
         let state = [inputs.start.q().as_slice(), &self.stepper.start_p, &self.stepper.start_sigma];
         let start = NodeView::of_equations(state, (inputs.controls_at(0), inputs.grid.start, &self.motion.design));
+        system.check_panics(&start)?;
         self.stepper.newton.linearisation.evaluation.set_start(system, &start)?;
         self.monitor.begin(system, &self.stepper.newton.linearisation);
         self.assemble(system, inputs, settings)

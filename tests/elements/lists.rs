@@ -254,3 +254,25 @@ fn a_tree_of_bodies_as_one_energy_is_the_sum_of_its_bodies() -> Result<(), Error
     assert!((&one.design - &many.design).norm() < 1e-9 * one.design.norm(), "{} {}", one.design, many.design);
     Ok(())
 }
+
+/// Reads a constant that it does not have.
+struct TooFar;
+
+impl ListPotentialEnergy for TooFar {
+    fn potential_energy<S: Scalar>(&self, q: &[S], b: &[S], _t: S) -> S {
+        q[0] * b[7]
+    }
+}
+
+#[test]
+fn a_formula_that_panics_is_named_before_a_motion_begins() -> Result<(), Error> {
+    for compile in [Scene::compile, Scene::compile_without_programs] {
+        let mut scene = scene(3, true, false);
+        let q = scene.list_coordinates("more", &["x"]);
+        scene.list_kinetic_energy("more", Chain { branches: false }, &q, &[1.0.into(), 0.0.into()]);
+        scene.list_potential_energy("index too large", TooFar, &q, &[1.0.into()]);
+        let error = gradient_of(&compile(scene)?).expect_err("a panic");
+        assert!(matches!(&error, Error::Panics { element, .. } if element == "index too large"), "{error}");
+    }
+    Ok(())
+}

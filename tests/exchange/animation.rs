@@ -384,3 +384,17 @@ fn played(page: &str) -> Value {
     let title = dom.split("<title>").nth(1).and_then(|rest| rest.split("</title>").next()).expect("a title");
     serde_json::from_str(&title.replace("&quot;", "\"")).expect("JSON")
 }
+
+#[test]
+fn rounding_is_not_drawn_as_motion() {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let cart = scene.body("cart", 1.5, 0.01, [0.0; 3]);
+    scene.prismatic("rail", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), 0.0);
+    let system = scene.compile().expect("a scene");
+    let (inputs, motion) = moved(&system, &Inputs::at_rest(&system, Grid::uniform(100, 0.01)));
+    let svg = Animation::new(&system, &inputs, &motion).expect("an animation").svg(0.0);
+    let view = svg.split("viewBox=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("a view");
+    let numbers: Vec<f64> = view.split(' ').map(|x| x.parse().expect("a number")).collect();
+    assert!(numbers[2] <= 1.2 && numbers[3] <= 1.2, "{view}");
+}

@@ -7,7 +7,7 @@ use super::connections::Connections;
 use super::on_numbers::{Read, Recordable};
 use super::shape::{Shape, Slot};
 use super::view::NodeView;
-use crate::number::Fingerprint;
+use crate::number::{Fingerprint, guarded};
 use crate::program::{Obstacle, Symbol, Template, record, record_branch};
 
 /// A formula and the arguments it is connected to.
@@ -106,6 +106,11 @@ impl<F: Recordable + ?Sized> Placed<F> {
         let found: Vec<Slot> = all.iter().copied().filter(is_to_blame).collect();
         let found = if found.is_empty() { all } else { found };
         Some(distinct(found.into_iter().map(|slot| self.to.argument(slot).0).collect()))
+    }
+
+    /// True if the formula panics at a state.
+    pub fn panics(&self, at: &NodeView<f64>) -> bool {
+        guarded(|| self.formula.values(&|slot| self.to.read(at, slot), &mut |_: f64| ())).is_none()
     }
 
     /// Appends the fingerprint of the formula if anything was concluded from its graph.

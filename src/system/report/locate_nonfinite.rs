@@ -1,6 +1,7 @@
 //! Identification of the formula that is not finite, and of the arguments that cause it.
 
 use crate::error::quoted;
+use crate::program::Obstacle;
 use crate::system::cost::{CostRows, CostSecondOrder, Suspect, Weights};
 use crate::system::formula::{Argument, Covector, NodeView, PlacedElement};
 use crate::{Error, System};
@@ -116,6 +117,17 @@ impl System {
         let undefined = items.find(|item| !item.energy(at).is_finite())?;
         let suspect = Suspect { element: &undefined.name, arguments: undefined.arguments(at) };
         Some(self.blame(suspect, at, node))
+    }
+
+    /// Returns an error if a formula panics at a start. Only those that panicked when the scene was compiled are evaluated.
+    pub(crate) fn check_panics(&self, start: &NodeView<f64>) -> Result<(), Error> {
+        let panicked = |obstacle| obstacle == Some(Obstacle::Panics);
+        let elements = self.formulas.elements.iter().filter(|element| panicked(element.formula.obstacle));
+        let elements = elements.map(|element| self.item(element.place)).filter(|item| item.panics(start));
+        let costs = self.costs.items().iter().filter(|cost| panicked(cost.obstacle) && cost.of.panics(start));
+        let mut names = elements.map(|item| &item.name).chain(costs.map(|cost| &cost.of.name));
+        let error = |element: &String| Error::Panics { element: element.clone(), time: start.t };
+        names.next().map_or(Ok(()), |element| Err(error(element)))
     }
 
     /// The first element whose contributions are not finite at a node, as an error.
