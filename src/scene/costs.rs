@@ -163,7 +163,8 @@ impl Scene {
     /// Adds outputs for the value and the rate of a coordinate at the end of the motion. They become constraints of an optimisation problem
     /// only if you call [`MotionProblem::constrain`](crate::optimize::MotionProblem::constrain).
     pub fn end_state(&mut self, coordinate: Coordinate) -> EndState {
-        let of = self.parts.coordinates.get(coordinate.index()).cloned().unwrap_or_else(|| "?".into());
+        let own = self.parts.coordinates.get(coordinate.index()).filter(|_| self.parts.scene.owns(&coordinate.0));
+        let of = own.cloned().unwrap_or_else(|| "a coordinate of another scene".into());
         self.ready_cost(&of, ReadyCost::EndState { coordinate }, |scene| {
             let names = EndState::names(&of);
             let [position, rate] = names.each_ref().map(|name| scene.output(name));

@@ -9,7 +9,7 @@ use super::super::report::{BlockReport, Verdict, outcome};
 use super::Part;
 use super::directions::{only, product, random};
 use super::own::Own;
-use super::print::explain_difference;
+use super::print::{explain_difference, print_warnings};
 use super::report::DIFFERENCED;
 use super::sizes::sizes_of_inputs;
 use super::subject::{Subject, warnings_of};
@@ -247,8 +247,9 @@ impl fmt::Display for HessianReport {
             writeln!(f, "  {name:20}  {reference:>+19.12e}  {product:>9}  {transposed:>9}   {verdict}")?;
         }
         if self.rows.iter().any(|row| row.verdict == Verdict::Wrong) {
-            explain_difference(f, self.rounding, &self.warnings)?;
+            explain_difference(f, self.rounding)?;
         }
+        print_warnings(f, &self.warnings)?;
         self.own.iter().try_for_each(|own| write!(f, "{own}"))
     }
 }

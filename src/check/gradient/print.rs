@@ -97,14 +97,14 @@ impl GradientReport {
         }
         let is_broken = self.identity.is_some_and(|identity| identity.first_wrong.is_some());
         if is_broken || rows().any(DirectionReport::is_inexact) {
-            explain_difference(f, self.rounding, &self.warnings)?;
+            explain_difference(f, self.rounding)?;
         }
-        Ok(())
+        print_warnings(f, &self.warnings)
     }
 }
 
-/// Explains why the exact ways may differ: by a rounding error larger than usual, and by the warnings of the motion.
-pub(super) fn explain_difference(f: &mut fmt::Formatter, rounding: f64, warnings: &[String]) -> fmt::Result {
+/// Explains why the exact ways may differ: by a rounding error larger than usual.
+pub(super) fn explain_difference(f: &mut fmt::Formatter, rounding: f64) -> fmt::Result {
     if rounding > ROUGH[0] && rounding < ROUGH[1] {
         writeln!(
             f,
@@ -113,6 +113,11 @@ pub(super) fn explain_difference(f: &mut fmt::Formatter, rounding: f64, warnings
              accordingly, or use shorter steps or another start"
         )?;
     }
+    Ok(())
+}
+
+/// Prints the warnings of the motion and its gradient.
+pub(super) fn print_warnings(f: &mut fmt::Formatter, warnings: &[String]) -> fmt::Result {
     warnings.iter().try_for_each(|warning| writeln!(f, "  warning of this motion: {warning}"))
 }
 
