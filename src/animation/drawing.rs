@@ -48,8 +48,9 @@ impl Animation {
     /// Draws a fixed wall along a line through points (x, y), m.
     ///
     /// # Errors
-    /// A coordinate that is not finite.
+    /// A coordinate that is not finite, or fewer than two points.
     pub fn wall(mut self, name: &str, points: &[[f64; 2]]) -> Result<Self, Error> {
+        at_least(2.0, &format!("the number of points of `{name}`"), points.len() as f64)?;
         points.iter().try_for_each(|point| check(name, point))?;
         points.windows(2).for_each(|ends| self.figure.add_fixed(name, MarkKind::Wall(ends[1]), ends[0]));
         Ok(self)
@@ -58,8 +59,9 @@ impl Animation {
     /// Draws a fixed circular obstacle with its centre (x, y) and radius, m.
     ///
     /// # Errors
-    /// A number that is not finite.
+    /// A number that is not finite, or a negative radius.
     pub fn obstacle(mut self, name: &str, centre: [f64; 2], radius: f64) -> Result<Self, Error> {
+        at_least(0.0, &format!("the radius of `{name}`"), radius)?;
         check(name, &[centre[0], centre[1], radius])?;
         self.figure.add_fixed(name, MarkKind::Obstacle(radius.abs()), centre);
         Ok(self)
@@ -74,6 +76,15 @@ impl Animation {
         self.figure.add_fixed(name, MarkKind::Target, point);
         Ok(self)
     }
+}
+
+fn at_least(least: f64, what: &str, value: f64) -> Result<(), Error> {
+    // Numbers that are not finite are refused with the others.
+    if value >= least || !value.is_finite() {
+        return Ok(());
+    }
+    let must_be = if least == 0.0 { "positive or zero" } else { "at least 2" };
+    Err(Error::Parameter { what: what.into(), value, must_be })
 }
 
 fn check(name: &str, numbers: &[f64]) -> Result<(), Error> {

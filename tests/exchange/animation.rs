@@ -398,3 +398,12 @@ fn rounding_is_not_drawn_as_motion() {
     let numbers: Vec<f64> = view.split(' ').map(|x| x.parse().expect("a number")).collect();
     assert!(numbers[2] <= 1.2 && numbers[3] <= 1.2, "{view}");
 }
+
+#[test]
+fn walls_have_two_points_and_radii_are_not_negative() {
+    let (system, inputs, motion) = cart(10);
+    let animation = || Animation::new(&system, &inputs, &motion).expect("an animation");
+    let errors = [animation().wall("stop", &[[0.0; 2]]), animation().obstacle("pillar", [0.0; 2], -0.1)].map(Result::err);
+    let texts = errors.map(|error| error.expect("an error").to_string());
+    assert!(texts[0].contains("the number of points of `stop`") && texts[1].contains("the radius of `pillar`"), "{texts:?}");
+}
