@@ -48,19 +48,21 @@ impl CostProgram {
     }
 }
 
+/// What makes programs differ: the shape, the variables of the derivatives, and the recorded formula.
+type Key = (Shape, Vec<Slot>, Template);
+
 /// The programs of all costs of a scene; every formula is compiled once.
 #[derive(Default)]
 pub struct CostPrograms {
-    known: HashMap<(Shape, Vec<Slot>, Template), Result<Arc<CostProgram>, Obstacle>>,
+    known: HashMap<Key, Result<Arc<CostProgram>, Obstacle>>,
 }
 
 impl CostPrograms {
     /// The program of a recorded cost with derivatives with respect to these variables.
     pub fn of(&mut self, template: &Template, shape: Shape, variables: Vec<Slot>) -> Result<Arc<CostProgram>, Obstacle> {
         let program = self.known.entry((shape, variables, template.clone()));
-        let compile = |(shape, variables, template): &(Shape, Vec<Slot>, Template)| {
-            CostProgram::new(template, *shape, variables.clone()).map(Arc::new)
-        };
+        let compile =
+            |(shape, variables, template): &Key| CostProgram::new(template, *shape, variables.clone()).map(Arc::new);
         program.or_insert_with_key(compile).clone()
     }
 }

@@ -1,6 +1,6 @@
 //! A cost behind a trait that hides its type.
 
-use super::on_numbers::{Read, Recordable, Values, Wide, with_lists};
+use super::on_numbers::{List, Read, Recordable, Values, Wide, with_lists};
 use super::shape::{Shape, Slot};
 use crate::model::element::{ListCost, ListPoint};
 use crate::number::Hyper;
@@ -15,7 +15,7 @@ pub struct CostOfLists<C> {
 impl<C: ListCost, S: Scalar> Values<S> for CostOfLists<C> {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
         let Shape { n, m, k, p } = self.shape;
-        let lists: [(fn(usize) -> Slot, usize); 10] = [
+        let lists: [List; 10] = [
             (Slot::Q, n),
             (Slot::V, n),
             (Slot::PStar, n),

@@ -174,11 +174,7 @@ pub fn by_columns(
 }
 
 /// Reads lists of arguments and calls a formula with them.
-pub fn with_lists<S: Scalar, const L: usize>(
-    read: Read<S>,
-    lists: [(fn(usize) -> Slot, usize); L],
-    formula: &mut dyn FnMut([&[S]; L]),
-) {
+pub fn with_lists<S: Scalar, const L: usize>(read: Read<S>, lists: [List; L], formula: &mut dyn FnMut([&[S]; L])) {
     with_memory(lists.iter().map(|(_, len)| len).sum(), &mut |all: &mut [S]| {
         let slots = lists.iter().flat_map(|&(of, len)| (0..len).map(of));
         all.iter_mut().zip(slots).for_each(|(x, slot)| *x = read(slot));
