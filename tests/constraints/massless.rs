@@ -5,8 +5,8 @@ use hamiltonian_adjoint::check;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::AngleError;
 use hamiltonian_adjoint::{
-    Coordinate, Error, Gradient, Grid, Inputs, LongSolver, Mechanics, Scene, SceneFile, Scheme, Settings, Solver, Start,
-    Sum, System, gradient, simulate,
+    Coordinate, Error, Gradient, Grid, Inputs, LongSolver, Mechanics, Scene, Scheme, Settings, Solver, Start, Sum, System,
+    gradient, simulate,
 };
 
 /// A mechanism of which something has no inertia, compiled; and what may be held.
@@ -219,14 +219,25 @@ fn inertia_may_vanish_after_compilation_where_it_is_not_eliminated_ahead() {
     }
 }
 
+/// The scene after it was written to a file and read again.
+#[cfg(feature = "files")]
+fn from_file(scene: &Scene) -> System {
+    let file = scene.to_json().expect("a file");
+    hamiltonian_adjoint::SceneFile::from_json(&file).expect("a scene").scene.compile().expect("a scene")
+}
+
+#[cfg(not(feature = "files"))]
+fn from_file(scene: &Scene) -> System {
+    scene.clone().compile().expect("a scene")
+}
+
 #[test]
 fn files_and_other_solvers_know_the_same_motion() {
     let settings = Settings::default();
     for kind in KINDS {
         let (scene, held) = scene(kind, 0.0);
-        let (plain, file) = (scene.clone().compile_without_programs().expect("a scene"), scene.to_json().expect("a file"));
-        let read = SceneFile::from_json(&file).expect("a scene").scene;
-        let (read, system) = (read.compile().expect("a scene"), scene.compile().expect("a scene"));
+        let (plain, read) = (scene.clone().compile_without_programs().expect("a scene"), from_file(&scene));
+        let system = scene.compile().expect("a scene");
         let inputs = inputs(&system, &held);
         let expected = gradient(&system, &inputs, settings).expect("a gradient");
         let assert_same = |what: &str, other: &Gradient| {

@@ -64,6 +64,7 @@ fn cost(scene: Scene) -> f64 {
 fn a_clone_is_the_same_scene() {
     let (scene, parts) = scene();
     let clone = scene.clone();
+    #[cfg(feature = "files")]
     assert_eq!(clone.to_json().expect("a file"), scene.to_json().expect("a file"));
     assert_eq!(clone.coordinate_named("first.x"), Some(parts.body.coordinates[0]));
     let plain = clone.clone().compile_without_programs().expect("a scene");

@@ -159,3 +159,73 @@ fn second<const WIDTH: usize>(
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::SVector;
+
+    use super::*;
+    use crate::Constraint;
+    use crate::number::{Slope, slope, with_slope};
+    use crate::system::formula::Fixed;
+
+    /// Φ = (x sin y, y² + t x): every derivative by hand.
+    struct Sample;
+    impl Constraint<2, 2> for Sample {
+        fn phi<S: Scalar>(&self, q: &SVector<S, 2>, _: &SVector<S, 0>, t: S) -> SVector<S, 2> {
+            SVector::from([q[0] * q[1].sin(), q[1] * q[1] + t * q[0]])
+        }
+    }
+
+    #[test]
+    fn blocks_are_the_hand_derived_ones_for_any_number_of_derivatives_at_once() {
+        let (x, y, dx, dy, t) = (0.7, 0.4, -1.3, 2.1, 0.9);
+        let sigma = [1.5, -0.25];
+        let read = |slot: Slot| match slot {
+            Slot::Q(i) => [x, y][i],
+            Slot::V(i) => [dx, dy][i],
+            Slot::Sigma(j) => sigma[j],
+            _ => t,
+        };
+        let (s, c) = f64::sin_cos(y);
+        let expected = [
+            [0.0, c * sigma[0], c * sigma[0], -x * s * sigma[0] + 2.0 * sigma[1]],
+            [0.0, -s * dy * sigma[0], -s * dy * sigma[0], (-dx * s - x * c * dy) * sigma[0]],
+            [s, x * c, t, 2.0 * y],
+            [c * dy, dx * c - x * s * dy, 1.0, 2.0 * dy],
+        ];
+        let of_sums = |element: &dyn AnyElement| {
+            let (mut sums, mut plain, mut blocks) = ([0.0; 6], [0.0; 6], [f64::NAN; 16]);
+            let place = |of| match of {
+                Component::Momentum(i) => i,
+                Component::Force(i) => 2 + i,
+                Component::Equation(j) => 4 + j,
+            };
+            element.blocks(&read, &mut |of, x| sums[place(of)] += x, &mut blocks);
+            let lifted = |slot| with_slope(read(slot), 0.0);
+            OnNumbers::<Slope>::first(element, &lifted, &mut |of, x| plain[place(of)] += x.re + slope(&x));
+            (sums, plain, blocks)
+        };
+        let constraint = || Fixed::<Sample, 2, 2, 0, 0>(Sample);
+        let one = Holonomic::<_, 1> { constraint: constraint(), n: 2, m: 2, p: 0 };
+        let two = Holonomic::<_, 2> { constraint: constraint(), n: 2, m: 2, p: 0 };
+        let four = Holonomic::<_, 4> { constraint: constraint(), n: 2, m: 2, p: 0 };
+        for element in [&one as &dyn AnyElement, &two, &four] {
+            let (sums, plain, blocks) = of_sums(element);
+            let by_hand = [
+                s * sigma[0] + t * sigma[1],
+                x * c * sigma[0] + 2.0 * y * sigma[1],
+                c * dy * sigma[0] + sigma[1],
+                (dx * c - x * s * dy) * sigma[0] + 2.0 * dy * sigma[1],
+                s * dx + x * c * dy,
+                2.0 * y * dy + t * dx + x,
+            ];
+            for ((sum, plain), by_hand) in sums.iter().zip(plain).zip(by_hand) {
+                assert!((sum - by_hand).abs() < 1e-15 && (plain - by_hand).abs() < 1e-15, "{sums:?} {plain:?}");
+            }
+            for (got, expected) in blocks.iter().zip(expected.as_flattened()) {
+                assert!((got - expected).abs() < 1e-15, "{blocks:?}");
+            }
+        }
+    }
+}

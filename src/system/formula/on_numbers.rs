@@ -196,3 +196,91 @@ pub fn with_memory<S: Scalar>(len: usize, f: &mut dyn FnMut(&mut [S])) {
         _ => f(&mut vec![S::zero(); len]),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::SVector;
+
+    use super::*;
+    use crate::system::formula::{Applied, Fixed, Holonomic, Kinetic, Potential};
+    use crate::{Constraint, Force, ForcePoint, KineticEnergy, PotentialEnergy};
+
+    struct Sample;
+
+    impl KineticEnergy<3, 1> for Sample {
+        fn kinetic_energy<S: Scalar>(&self, q: &SVector<S, 3>, v: &SVector<S, 3>, b: &SVector<S, 1>) -> S {
+            v[0] * v[1] * q[2].sin() + v[2] * v[2] * q[0] * q[1] * b[0] + v[0] * v[0]
+        }
+    }
+
+    impl PotentialEnergy<3, 1> for Sample {
+        fn potential_energy<S: Scalar>(&self, q: &SVector<S, 3>, b: &SVector<S, 1>, t: S) -> S {
+            q[0] * q[1] * q[2].cos() * t + b[0] * q[0] * q[0]
+        }
+    }
+
+    impl Force<3, 1, 1> for Sample {
+        fn force<S: Scalar>(&self, at: &ForcePoint<S, 3, 1>, b: &SVector<S, 1>) -> SVector<S, 3> {
+            SVector::from([at.u[0] * at.q[1], at.v[0] * at.v[2] * at.q[0], b[0] * at.v[1] * at.t])
+        }
+    }
+
+    impl Constraint<3, 2, 1> for Sample {
+        fn phi<S: Scalar>(&self, q: &SVector<S, 3>, b: &SVector<S, 1>, t: S) -> SVector<S, 2> {
+            SVector::from([q[0] * q[1].sin() * b[0], q[1] * q[2] * q[2] + t * q[0]])
+        }
+    }
+
+    /// The elements with `WIDTH` derivatives at once.
+    fn elements<const WIDTH: usize>() -> [Box<dyn AnyElement>; 4] {
+        [
+            Box::new(Kinetic::<_, WIDTH> { energy: Fixed::<_, 3, 0, 0, 1>(Sample), n: 3, p: 1 }),
+            Box::new(Potential::<_, WIDTH> { energy: Fixed::<_, 3, 0, 0, 1>(Sample), n: 3, p: 1 }),
+            Box::new(Applied::<_, WIDTH> { force: Fixed::<_, 3, 0, 1, 1>(Sample), n: 3, k: 1, p: 1 }),
+            Box::new(Holonomic::<_, WIDTH> { constraint: Fixed::<_, 3, 2, 0, 1>(Sample), n: 3, m: 2, p: 1 }),
+        ]
+    }
+
+    #[test]
+    fn blocks_do_not_depend_on_the_number_of_derivatives_at_once() {
+        let read = |slot: Slot| match slot {
+            Slot::Q(i) => 0.3 + 0.5 * i as f64,
+            Slot::V(i) => 1.1 - 0.7 * i as f64,
+            Slot::Sigma(j) => 0.8 - 1.9 * j as f64,
+            _ => 1.7,
+        };
+        type Blocks<'a> = &'a dyn Fn(&dyn AnyElement, &mut dyn FnMut(Component, f64), &mut [f64]);
+        let of = |element: &dyn AnyElement, compute: Blocks| {
+            let (kind, shape) = (element.kind(), element.shape());
+            let (mut sums, mut blocks) = ([0.0; 8], vec![f64::NAN; kind.length(shape.n, shape.m)]);
+            let place = |of| match of {
+                Component::Momentum(i) => i,
+                Component::Force(i) => 3 + i,
+                Component::Equation(j) => 6 + j,
+            };
+            compute(element, &mut |of, x| sums[place(of)] += x, &mut blocks);
+            blocks.extend(sums);
+            blocks
+        };
+        let all = |element: &dyn AnyElement, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]| {
+            element.blocks(&read, add, blocks);
+        };
+        let columns = |element: &dyn AnyElement, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]| {
+            by_columns(element, &read, add, blocks);
+        };
+        for (k, element) in elements::<3>().iter().enumerate() {
+            let expected = of(&**element, &all);
+            assert!(expected.iter().any(|x| *x != 0.0));
+            let others = [
+                of(&**element, &columns),
+                of(&*elements::<1>()[k], &all),
+                of(&*elements::<2>()[k], &all),
+                of(&*elements::<5>()[k], &all),
+            ];
+            for (which, found) in others.iter().enumerate() {
+                let is_close = expected.iter().zip(found).all(|(a, b)| (a - b).abs() < 1e-14);
+                assert!(is_close, "{:?} {which}: {expected:?} {found:?}", element.kind());
+            }
+        }
+    }
+}
