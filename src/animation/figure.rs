@@ -115,9 +115,9 @@ impl Figure {
         let place = |point: Point| Place { body: index(point.frame()), at: point.at().map(|x| first.parameter(x)) };
         let poses = |frame: Frame| states.iter().map(|at| frame.place(|q: Coordinate| at.q()[q.index()])).collect();
         let fixed = fixed(sketch.bodies.len(), &sketch.drawn, &place, first);
-        let bodies = sketch.bodies.iter().zip(fixed).map(|((name, frame), fixed)| Piece {
+        let bodies = sketch.bodies.iter().zip(fixed).enumerate().map(|(body, ((name, frame), fixed))| Piece {
             name: name.clone(),
-            outline: outline(fixed),
+            outline: outline(fixed, sketch.point_masses.contains(&body)),
             poses: poses(*frame),
         });
         let mut figure = Figure {
@@ -298,12 +298,13 @@ fn fixed(bodies: usize, drawn: &[Drawn], place: &dyn Fn(Point) -> Place, first: 
 }
 
 /// The outline of a body, from its fixed points.
-fn outline(Fixed { points, carriage }: Fixed) -> Outline {
+fn outline(Fixed { points, carriage }: Fixed, is_point_mass: bool) -> Outline {
     let mut hull = hull(points);
     if let [p, q] = hull[..]
         && [p, q].contains(&[0.0; 2])
+        && !is_point_mass
     {
-        // A body held at one point is drawn as a rod with its centre in the middle.
+        // A body held at one point is drawn as a rod with its centre in the middle, a point mass at the end of its rod.
         let end = if p == [0.0; 2] { q } else { p };
         hull = vec![end.map(|x| -x), end];
     }

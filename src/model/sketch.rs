@@ -7,6 +7,8 @@ use super::{Control, Frame, Param, Point};
 pub(crate) struct Sketch {
     /// Bodies and particles with their names.
     pub(crate) bodies: Vec<(String, Frame)>,
+    /// The numbers of the bodies without a moment of inertia: point masses at the end of a rod.
+    pub(crate) point_masses: Vec<usize>,
     pub(crate) drawn: Vec<Drawn>,
 }
 

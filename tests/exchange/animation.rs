@@ -407,3 +407,18 @@ fn walls_have_two_points_and_radii_are_not_negative() {
     let texts = errors.map(|error| error.expect("an error").to_string());
     assert!(texts[0].contains("the number of points of `stop`") && texts[1].contains("the radius of `pillar`"), "{texts:?}");
 }
+
+#[test]
+fn a_point_mass_is_drawn_at_the_end_of_its_rod() {
+    let width = |inertia: f64| {
+        let mut scene = Scene::new();
+        let bob = scene.body("bob", 0.4, inertia, [0.6, 0.0, 0.0]);
+        scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), bob.at(-0.6, 0.0));
+        let system = scene.compile().expect("a scene");
+        let (inputs, motion) = moved(&system, &Inputs::at_rest(&system, Grid::uniform(3, 0.01)));
+        let svg = Animation::new(&system, &inputs, &motion).expect("an animation").svg(0.0);
+        let view = svg.split("viewBox=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("a view");
+        view.split(' ').nth(2).and_then(|x| x.parse::<f64>().ok()).expect("a width")
+    };
+    assert!(width(0.0) < 0.75 && width(0.1) > 1.2, "{} {}", width(0.0), width(0.1));
+}

@@ -111,6 +111,9 @@ impl Scene {
             [mass, Param::gravity(0), Param::gravity(1)],
         );
         let body = Body { coordinates: q };
+        if inertia.constant() == Some(0.0) {
+            self.parts.sketch.point_masses.push(self.parts.sketch.bodies.len());
+        }
         self.draw_body(name, body.into());
         body
     }
