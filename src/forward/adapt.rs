@@ -195,7 +195,7 @@ impl ForwardSweep {
                         self.refuse_rounding(system, node, tolerance)?;
                         self.check_compliant(system, node, settings)?;
                         self.watch_dependent(system, node);
-                        self.monitor.watch_reach(&self.motion, node);
+                        self.monitor.lengths.watch_reach(&self.motion, node);
                         restart::apply(self, system, node, settings)?;
                         node += 1;
                         growing.now = growing.now.after(length);

@@ -8,7 +8,6 @@ mod failure;
 mod given_start;
 mod halving;
 mod monitor;
-pub(crate) mod projection;
 mod relax;
 mod restart;
 mod restarting;

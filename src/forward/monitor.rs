@@ -2,6 +2,7 @@
 
 use crate::Warning;
 use crate::motion::{Examiner, Report};
+use crate::node::Lengths;
 use crate::system::Order;
 
 /// The report of a run, and the quantities from which its warnings are derived.
@@ -17,11 +18,7 @@ pub(crate) struct Monitor {
     pub(crate) brake: f64,
     /// True if left-out equations must be chosen anew, or positions projected, as soon as possible.
     pub(crate) is_urgent: bool,
-    /// Φ of a node, and the lengths with which it is compared.
-    pub(crate) phi: Vec<f64>,
-    pub(crate) lengths: Vec<f64>,
-    /// The largest |q_i| up to the last node; empty if no length needs it.
-    pub(crate) reach: Vec<f64>,
+    pub(crate) lengths: Lengths,
 }
 
 impl Monitor {
@@ -34,9 +31,7 @@ impl Monitor {
             most_kinetic: 0.0,
             brake: 0.0,
             is_urgent: false,
-            phi: vec![0.0; m],
-            lengths: vec![0.0; m],
-            reach: Vec::with_capacity(n),
+            lengths: Lengths::new(n, m),
         }
     }
 

@@ -38,11 +38,10 @@
 //! ```
 
 use super::closeness::{UNDETERMINED, closeness};
-use super::projection::Projection;
 use super::selection;
 use crate::forward::ForwardSweep;
 use crate::motion::{column, column_mut};
-use crate::node::StepFailure;
+use crate::node::{Projection, StepFailure};
 use crate::number::{larger, largest};
 use crate::{Error, Settings, System};
 
@@ -103,9 +102,9 @@ fn drift(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
         system,
         &motion.at(node),
         motion.node_blocks(node),
-        &mut monitor.phi,
+        &mut monitor.lengths.phi,
     );
-    largest(&monitor.phi)
+    largest(&monitor.lengths.phi)
 }
 
 fn restart(
@@ -127,7 +126,8 @@ fn restart(
             let blocks = motion.node_blocks(node);
             stepper.newton.linearisation.factor(system, 0.0, blocks, &mut monitor.report).map_err(StepFailure::Singular)?;
         }
-        Projection { system, motion, linearisation: &mut stepper.newton.linearisation, monitor, node }.apply(at)?;
+        let (linearisation, lengths) = (&mut stepper.newton.linearisation, &mut monitor.lengths);
+        Projection { system, motion, linearisation, report: &mut monitor.report, lengths, node }.apply(at)?;
     }
     record(forward, node, project, settings);
     let anew = forward.motion.trajectory.compliance_from(node);

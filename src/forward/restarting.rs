@@ -1,6 +1,6 @@
 //! [`Restarting`]: the state of the restarts so far, for the next one (`forward/restart.rs`).
 
-use super::projection::Point;
+use crate::node::Point;
 use crate::redundancy::Circuits;
 
 /// σ₋: the multipliers at the last end of a macro step, after a restart there.

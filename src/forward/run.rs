@@ -50,7 +50,7 @@ impl ForwardSweep {
         let start = NodeView::of_equations(state, (inputs.controls_at(0), inputs.grid.start, &self.motion.design));
         system.check_panics(&start)?;
         self.stepper.newton.linearisation.evaluation.set_start(system, &start)?;
-        self.monitor.begin(system, &self.stepper.newton.linearisation);
+        self.monitor.lengths.begin(system, &self.stepper.newton.linearisation);
         self.assemble(system, inputs, settings)
     }
 
@@ -87,8 +87,8 @@ impl ForwardSweep {
         self.check_energies(system, 0)?;
         self.monitor.examiner.visit(system, &self.motion, 0, &mut self.monitor.report);
         restart::keep_end(self, 0);
-        self.monitor.reach.fill(0.0);
-        self.monitor.watch_reach(&self.motion, 0);
+        self.monitor.lengths.reach.fill(0.0);
+        self.monitor.lengths.watch_reach(&self.motion, 0);
         Ok(())
     }
 
@@ -127,7 +127,7 @@ impl ForwardSweep {
             self.check_compliant(system, node, settings)?;
             self.watch_dependent(system, node);
             self.watch_turns(system, node);
-            self.monitor.watch_reach(&self.motion, node);
+            self.monitor.lengths.watch_reach(&self.motion, node);
             restart::apply(self, system, node, settings)?;
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton.linearisation, node, settings);
             self.monitor.examiner.visit(system, &self.motion, node, &mut self.monitor.report);

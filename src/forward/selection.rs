@@ -17,9 +17,8 @@
 
 use super::ForwardSweep;
 use super::closeness::{UNDETERMINED, closeness, closeness_here};
-use super::projection::Projection;
 use crate::motion::{Compliances, Motion, Report};
-use crate::node::{Linearisation, StepFailure};
+use crate::node::{Linearisation, Projection, StepFailure};
 use crate::redundancy::{CONTRADICTION, Circuits, Scaled, left_out, refuse_gaps, root_flexibility, softest};
 use crate::system::{Given, KnownPart, NodeView, Sums};
 use crate::{Error, Settings, System, Warning};
@@ -163,7 +162,8 @@ fn project(forward: &mut ForwardSweep, system: &System, node: usize, settings: &
     at.q.copy_from_slice(y.q);
     at.x.v.copy_from_slice(y.v);
     at.x.sigma.fill(0.0);
-    let projected = Projection { system, motion, linearisation, monitor, node }.apply(at);
+    let (report, lengths) = (&mut monitor.report, &mut monitor.lengths);
+    let projected = Projection { system, motion, linearisation, report, lengths, node }.apply(at);
     let size = linearisation.size_of(&at.q);
     // If equations contradict each other, ν is so large that its rounding moves q slightly.
     let is_close = match projected {

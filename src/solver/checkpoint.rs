@@ -24,11 +24,11 @@ impl ForwardSweep {
     pub(super) fn save(&self) -> Checkpoint {
         let computed = self.motion.trajectory.computed;
         let count = HISTORY.min(computed);
-        let behind = self.restarting.last_end.sigma.len() + self.monitor.reach.len();
+        let behind = self.restarting.last_end.sigma.len() + self.monitor.lengths.reach.len();
         let mut columns = Vec::with_capacity(count * self.len_of_node() + behind);
         (computed - count..computed).for_each(|k| self.motion.trajectory.append_column(k, &mut columns));
         columns.extend_from_slice(&self.restarting.last_end.sigma);
-        columns.extend_from_slice(&self.monitor.reach);
+        columns.extend_from_slice(&self.monitor.lengths.reach);
         let (node, last_end) = (self.motion.first + computed - 1, self.restarting.last_end.node);
         let Stepper { smooth_from, .. } = self.stepper;
         Checkpoint {
@@ -43,9 +43,9 @@ impl ForwardSweep {
 
     /// Restores the state of a checkpoint.
     pub(super) fn load(&mut self, checkpoint: &Checkpoint) {
-        let (columns, reach) = checkpoint.columns.split_at(checkpoint.columns.len() - self.monitor.reach.len());
+        let (columns, reach) = checkpoint.columns.split_at(checkpoint.columns.len() - self.monitor.lengths.reach.len());
         let (columns, sigma) = columns.split_at(columns.len() - self.restarting.last_end.sigma.len());
-        self.monitor.reach.copy_from_slice(reach);
+        self.monitor.lengths.reach.copy_from_slice(reach);
         self.restarting.last_end.node = checkpoint.last_end;
         self.restarting.last_end.sigma.copy_from_slice(sigma);
         let columns = columns.chunks_exact(self.len_of_node());

@@ -13,10 +13,11 @@
 //! **Dependent constraints.** With Φ_qᵀz = 0, rounding ε of zᵀΦ moves ν by ε/μ along z, 1e-5 N s, and 𝓛_v by this times (Φ_q(q) − Φ_q(q⁻))ᵀz if K(0)
 //! is that at q⁻. Therefore K(0) is factored at q, where Φ_qᵀz = 0, as soon as q is known.
 
-use super::monitor::Monitor;
+use super::lengths::Lengths;
+use super::linearisation::Linearisation;
+use super::step::StepFailure;
 use crate::System;
 use crate::motion::{MOST_CORRECTIONS_OF_PROJECTION, Motion, Report};
-use crate::node::{Linearisation, StepFailure};
 use crate::number::{larger, largest};
 use crate::system::{NodeView, Pair};
 
@@ -44,7 +45,7 @@ impl Point {
     }
 
     /// Computes 𝓛_v of the point, at the time and with the controls of a node; the evaluation's blocks then belong to the point.
-    pub(super) fn evaluate(
+    pub(crate) fn evaluate(
         &mut self,
         system: &System,
         motion: &Motion,
@@ -58,18 +59,19 @@ impl Point {
 }
 
 /// The projection of a node.
-pub(super) struct Projection<'a> {
-    pub(super) system: &'a System,
-    pub(super) motion: &'a Motion,
+pub(crate) struct Projection<'a> {
+    pub(crate) system: &'a System,
+    pub(crate) motion: &'a Motion,
     /// Newton's method, with the factors of K(0) at q⁻ before the projection.
-    pub(super) linearisation: &'a mut Linearisation,
-    pub(super) monitor: &'a mut Monitor,
-    pub(super) node: usize,
+    pub(crate) linearisation: &'a mut Linearisation,
+    pub(crate) report: &'a mut Report,
+    pub(crate) lengths: &'a mut Lengths,
+    pub(crate) node: usize,
 }
 
 impl Projection<'_> {
     /// Moves the point `at` from q⁻ of a node to its projection; its blocks are then in the evaluation. Needs the factors of K(0) at q⁻.
-    pub(super) fn apply(&mut self, at: &mut Point) -> Result<(), StepFailure> {
+    pub(crate) fn apply(&mut self, at: &mut Point) -> Result<(), StepFailure> {
         self.l_v(at);
         let momentum = self.linearisation.weights.of_momenta(&at.left.v);
         at.x.v.fill(0.0);
@@ -81,7 +83,7 @@ impl Projection<'_> {
             }
             self.violation(at);
             if REFACTORED.contains(&corrections) && !self.linearisation.evaluation.compliance().is_empty() {
-                let factored = self.linearisation.factor_here(self.system, 0.0, &mut self.monitor.report);
+                let factored = self.linearisation.factor_here(self.system, 0.0, self.report);
                 factored.map_err(StepFailure::Singular)?;
             }
             self.linearisation.solve(self.system, &mut at.left);
@@ -146,9 +148,9 @@ impl Projection<'_> {
     /// t_j: the lengths in Φ_j and Σ |∂Φ_j/∂q_i| |q_i|. Terms of formulas with small derivatives are not known; they are assumed to be as large as in
     /// the other formulas.
     fn terms(&mut self, at: &Point) -> Vec<f64> {
-        self.monitor.phi.copy_from_slice(&at.left.sigma);
-        self.monitor.measure_lengths(self.system, self.motion, self.linearisation, self.node);
-        let mut terms = self.monitor.lengths.clone();
+        self.lengths.phi.copy_from_slice(&at.left.sigma);
+        self.lengths.measure(self.system, self.motion, self.linearisation, self.node);
+        let mut terms = self.lengths.of_equations.clone();
         let entries = self.system.phi_q(&NodeView { q: &at.q, ..self.motion.at(self.node) });
         entries.iter().for_each(|entry| terms[entry.row] += (entry.value * at.q[entry.col]).abs());
         let waves = &self.linearisation.evaluation.constants.waves;
@@ -161,6 +163,6 @@ impl Projection<'_> {
     }
 
     fn l_v(&mut self, at: &mut Point) {
-        at.evaluate(self.system, self.motion, self.linearisation, self.node, &mut self.monitor.report);
+        at.evaluate(self.system, self.motion, self.linearisation, self.node, self.report);
     }
 }
