@@ -1,6 +1,7 @@
 //! The node problem: velocities and multipliers of one node, from the known part of the scheme.
 
 mod convergence;
+mod correction;
 mod damped;
 mod evaluation;
 mod factors;
@@ -9,8 +10,10 @@ mod line;
 mod linear_part;
 mod linearisation;
 mod newton;
+mod phi_along;
 mod predict;
 mod projection;
+mod second_order_programs;
 mod sizes;
 mod solved;
 mod step;
@@ -19,13 +22,14 @@ mod transposed;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use convergence::NOISE;
-pub(crate) use evaluation::Evaluation;
+pub(crate) use correction::{Shrinking, Size, add_correction};
 pub(crate) use lengths::Lengths;
 pub(crate) use linearisation::Linearisation;
 pub(crate) use newton::{Miss, Newton, SMALL, STILL};
+pub(crate) use phi_along::{ALONG, PhiAlong};
 pub(crate) use predict::Predictor;
 pub(crate) use projection::{Point, Projection};
+pub(crate) use second_order_programs::SecondOrderPrograms;
 pub(crate) use sizes::UnitWeights;
 pub(crate) use solved::SolvedMotion;
 pub(crate) use step::{StepFailure, Unknowns};

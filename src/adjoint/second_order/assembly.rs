@@ -7,12 +7,11 @@
 //! ```
 
 use super::changes::AssemblyChange;
-use super::phi::ALONG;
 use super::sources::direction;
 use super::{First, SecondOrderSweep};
 use crate::adjoint::assembly::Side;
 use crate::motion::{Assembly, Motion, Which};
-use crate::node::Linearisation;
+use crate::node::{ALONG, Linearisation};
 use crate::number::{Real, add};
 use crate::system::{Covector, NodeView, Pair, StateRows};
 use crate::{Error, Inputs, Start, System};

@@ -17,8 +17,6 @@ mod backward;
 mod changes;
 mod forward;
 mod kept;
-mod phi;
-mod programs;
 mod restart;
 mod sources;
 
@@ -29,15 +27,12 @@ use crate::accelerations::AccelerationsOfCosts;
 use crate::adjoint::accuracy::Accuracy;
 use crate::adjoint::record::Record;
 use crate::adjoint::{AdjointSweep, Gradient};
-use crate::motion::Motion;
-use crate::motion::Report;
-use crate::node::{Linearisation, SolvedMotion};
+use crate::motion::{Motion, Report};
+use crate::node::{Linearisation, PhiAlong, SecondOrderPrograms, SolvedMotion};
 use crate::system::{CostFactors, CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
 use changes::{AssemblyChange, RestartChange};
 use kept::KeptFactors;
-use phi::PhiAlong;
-use programs::Programs;
 
 /// Workspace for products.
 pub(crate) struct SecondOrderSweep {
@@ -47,7 +42,7 @@ pub(crate) struct SecondOrderSweep {
     steps: Vec<Dual64>,
     /// The derivatives of the adjoint variables and of the gradient.
     sweep: AdjointSweep,
-    programs: Programs,
+    programs: SecondOrderPrograms,
     kept: KeptFactors,
     /// Change of the assembly of the start.
     of_assembly: Option<AssemblyChange>,
@@ -99,7 +94,7 @@ impl SecondOrderSweep {
             change: Motion::new(system, scheme),
             steps: Vec::new(),
             sweep: AdjointSweep::new(system, scheme),
-            programs: Programs::default(),
+            programs: SecondOrderPrograms::default(),
             kept: KeptFactors::default(),
             of_assembly: None,
             restarts: Vec::new(),

@@ -7,13 +7,12 @@
 
 use super::changes::RestartChange;
 use super::forward::stage_end;
-use super::phi::{ALONG, BOTH};
 use super::sources::{OfStage, direction};
 use super::{First, SecondOrderSweep};
 use crate::adjoint::record::{Crossed, Record};
 use crate::adjoint::restart::is_rounding;
 use crate::motion::{MOST_CORRECTIONS_OF_PROJECTION, Motion, Restart, column};
-use crate::node::Linearisation;
+use crate::node::{ALONG, Linearisation};
 use crate::number::{Real, add};
 use crate::system::{CostRows, Covector, NodeView, Pair};
 use crate::{Error, System};
@@ -210,13 +209,7 @@ impl SecondOrderSweep {
     ) {
         let SecondOrderSweep { change, sweep, phi, .. } = self;
         phi.set(here, &NodeView { q: q_dot, ..change.at(node) });
-        for p in 0..=sweep.design.len() {
-            phi.vary(p, 1.0);
-            let changes = phi.evaluate(system).iter().map(|phi| phi.part(BOTH));
-            let own = sign * changes.zip(e).map(|(change, e)| change * e).sum::<f64>();
-            phi.vary(p, -1.0);
-            *sweep.design.get_mut(p).unwrap_or(&mut sweep.time) += own;
-        }
+        phi.add_change(system, (e, sign), (&mut sweep.design, &mut sweep.time));
     }
 }
 

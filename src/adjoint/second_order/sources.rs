@@ -1,10 +1,9 @@
 //! S_z of a stage, which replaces a cost's derivatives J_z in the adjoint equations for derivatives along a direction.
 
-use super::programs::Programs;
 use super::{First, SecondOrderSweep};
 use crate::adjoint::record::Crossed;
 use crate::motion::Motion;
-use crate::node::Linearisation;
+use crate::node::{Linearisation, SecondOrderPrograms};
 use crate::number::dot;
 use crate::scheme::StageAdjoint;
 use crate::system::{Beside, CostRows, Covector, Depends, NodeView, Weights};
@@ -29,7 +28,7 @@ impl OfStage<'_> {
         &self,
         system: &System,
         linearisation: &Linearisation,
-        programs: &mut Programs,
+        programs: &mut SecondOrderPrograms,
         rows: &mut CostRows,
     ) {
         programs.add_rows_along((system, &linearisation.evaluation), (&self.at, self.blocks), &self.along, &self.with, rows);

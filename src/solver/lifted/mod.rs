@@ -6,7 +6,6 @@
 //! confirms it. The derivative is therefore independent of the blocks from which the adjoint is assembled: they only
 //! determine how fast the iteration converges.
 
-mod correction;
 mod restart;
 mod stage;
 

@@ -1,10 +1,10 @@
 //! A restart in numbers of type R, near the real one (`forward/restart.rs`); its adjoint is in `adjoint/restart.rs`.
 
-use super::correction::{Shrinking, Size, add};
 use super::stage::CONVERGED;
 use super::{Lifted, Near, overflow};
 use crate::Error;
 use crate::motion::{MOST_CORRECTIONS_OF_PROJECTION, Restart, column, column_mut};
+use crate::node::{Shrinking, Size, add_correction};
 use crate::number::Real;
 use crate::system::NodeView;
 
@@ -53,7 +53,7 @@ impl<R: Real> Lifted<R> {
                 self.part.v.iter_mut().zip(self.sums.l_v()).for_each(|(r, l_v)| *r = -l_v.part(part));
                 self.part.sigma.iter_mut().zip(&phi).for_each(|(r, phi)| *r = -phi.part(part));
                 near.linearisation.solve(near.system, &mut self.part);
-                let size = add(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part]));
+                let size = add_correction(column_mut(&mut self.trajectory.q, i), part, &self.part.v, (0.0, self.unit[part]));
                 let size =
                     size.ok_or_else(|| overflow(near, i, "the complex or dual part of the projection onto Φ = 0"))?.of_all;
                 w.iter_mut().zip(&self.part.v).for_each(|(w, &delta)| w.add_to_part(part, delta));

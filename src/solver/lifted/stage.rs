@@ -1,10 +1,9 @@
 //! A stage in numbers of type R: r = 0 by corrections with the real tangent matrix, starting from the real solution.
 
-use super::correction::{Shrinking, Size, add};
 use super::{Lifted, Near, overflow};
 use crate::Error;
 use crate::motion::{Motion, Restart, column};
-use crate::node::SMALL;
+use crate::node::{SMALL, Shrinking, Size, add_correction};
 use crate::number::Real;
 
 /// Size of a correction, relative to the parts of the unknowns, below which the iteration stops, after two corrections at least.
@@ -117,9 +116,10 @@ impl<R: Real> Lifted<R> {
             // In a motion at rest except for rounding, derivatives that vanish are rounding error as well.
             let speed = largest_real(self.trajectory.stage(i, s).v);
             let floor = if speed <= AT_REST * self.speed { SMALL * self.speed * unit } else { 0.0 };
-            largest = largest.max(add(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (floor, unit))?);
+            largest = largest.max(add_correction(self.trajectory.stage_mut(i, s).v, part, &self.part.v, (floor, unit))?);
             // If the motion starts from rest, σ is a difference of momenta and has their rounding error.
-            let sigma = add(self.trajectory.stage_mut(i, s).sigma, part, &self.part.sigma, (SMALL * scale, unit))?;
+            let sigma =
+                add_correction(self.trajectory.stage_mut(i, s).sigma, part, &self.part.sigma, (SMALL * scale, unit))?;
             // For dependent constraints, the component of σ that causes no motion is known to a few digits only.
             largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
         }

@@ -1,33 +1,33 @@
-//! [`Programs`]: the programs for elements and costs in second-order sweeps.
+//! [`SecondOrderPrograms`]: the programs for elements and costs in second-order sweeps.
 
-use crate::node::Evaluation;
+use super::evaluation::Evaluation;
 use crate::system::{CostRows, CostSecondOrder, Covector, NodeView, SecondOrderEquations, Sums};
 use crate::{Error, System};
 
 /// Compiled for the first product, and again after formulas have changed.
 #[derive(Default)]
-pub(super) struct Programs {
+pub(crate) struct SecondOrderPrograms {
     /// Fingerprints of the elements and of the costs.
     fingerprint: Option<(u64, u64)>,
     /// The values of the parameters for which preludes were run.
     design: Vec<f64>,
-    pub(super) equations: SecondOrderEquations,
-    pub(super) costs: Vec<Option<CostSecondOrder>>,
+    pub(crate) equations: SecondOrderEquations,
+    pub(crate) costs: Vec<Option<CostSecondOrder>>,
 }
 
-impl Programs {
+impl SecondOrderPrograms {
     /// Updates the programs to the current formulas and design variables.
     ///
     /// # Errors
     /// The quantities on which a cost depends have changed.
-    pub(super) fn prepare(&mut self, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) -> Result<(), Error> {
+    pub(crate) fn prepare(&mut self, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) -> Result<(), Error> {
         let of_costs = system.costs_now(at)?;
         let fingerprint = evaluation.fingerprint().map(|of_elements| (of_elements, of_costs));
         let elements = &evaluation.formulas(system).elements;
         if fingerprint.is_none() || self.fingerprint != fingerprint {
             let costs = system.costs().second_order(at);
             let equations = SecondOrderEquations::new(system, elements);
-            *self = Programs { fingerprint, design: vec![f64::NAN], equations, costs };
+            *self = SecondOrderPrograms { fingerprint, design: vec![f64::NAN], equations, costs };
         }
         if self.design == at.design {
             return Ok(());
@@ -40,7 +40,7 @@ impl Programs {
     }
 
     /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction, at a point with these second derivatives.
-    pub(super) fn changes(
+    pub(crate) fn changes(
         &mut self,
         (system, evaluation): (&System, &Evaluation),
         (at, blocks): (&NodeView<f64>, &[f64]),
@@ -52,7 +52,7 @@ impl Programs {
     }
 
     /// Computes the derivatives of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction.
-    pub(super) fn rows_along(
+    pub(crate) fn rows_along(
         &mut self,
         of: (&System, &Evaluation),
         at: (&NodeView<f64>, &[f64]),
@@ -65,7 +65,7 @@ impl Programs {
     }
 
     /// Adds the derivatives of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction.
-    pub(super) fn add_rows_along(
+    pub(crate) fn add_rows_along(
         &mut self,
         (system, evaluation): (&System, &Evaluation),
         (at, blocks): (&NodeView<f64>, &[f64]),

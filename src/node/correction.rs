@@ -1,6 +1,6 @@
 //! Sizes of corrections, and a test whether they have become rounding error.
 
-use crate::node::NOISE;
+use super::convergence::NOISE;
 use crate::number::Real;
 
 /// Corrections below the first number that the second number of further ones has not halved are also rounding error (nearly singular matrix).
@@ -12,8 +12,8 @@ const LOST_OF_ALL: f64 = 1e-12;
 
 /// Sizes of successive corrections.
 #[derive(Clone, Copy)]
-pub(super) struct Shrinking {
-    pub(super) last: f64,
+pub(crate) struct Shrinking {
+    pub(crate) last: f64,
     /// The last size that was at most half of the previous such size: slow corrections need several to halve.
     halved: f64,
     /// Number of corrections since then.
@@ -21,12 +21,12 @@ pub(super) struct Shrinking {
 }
 
 impl Shrinking {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Shrinking { last: f64::INFINITY, halved: f64::INFINITY, idle: 0 }
     }
 
     /// True if corrections have become rounding error. With wrong blocks they shrink slowly, but they do shrink.
-    pub(super) fn is_stalled(&mut self, Size { of_part: size, of_all }: Size) -> bool {
+    pub(crate) fn is_stalled(&mut self, Size { of_part: size, of_all }: Size) -> bool {
         let is_noise = size <= NOISE && size >= self.last;
         (self.halved, self.idle) = if size <= 0.5 * self.halved { (size, 0) } else { (self.halved, self.idle + 1) };
         self.last = size;
@@ -36,23 +36,23 @@ impl Shrinking {
 
 /// The size of a correction.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Size {
+pub(crate) struct Size {
     /// Relative to the part that it corrects.
-    pub(super) of_part: f64,
+    pub(crate) of_part: f64,
     /// Relative to the larger of the part and of the real part times the perturbation of the inputs: a quantity that hardly depends on the inputs
     /// has a small part with few correct digits.
-    pub(super) of_all: f64,
+    pub(crate) of_all: f64,
 }
 
 impl Size {
-    pub(super) fn max(self, other: Size) -> Size {
+    pub(crate) fn max(self, other: Size) -> Size {
         Size { of_part: self.of_part.max(other.of_part), of_all: self.of_all.max(other.of_all) }
     }
 }
 
 /// Adds a correction to one part and returns its size in the maximum norm, relative to the larger of the part and `floor`; `None` if the part
 /// is not finite afterwards.
-pub(super) fn add<R: Real>(x: &mut [R], part: usize, delta: &[f64], (floor, unit): (f64, f64)) -> Option<Size> {
+pub(crate) fn add_correction<R: Real>(x: &mut [R], part: usize, delta: &[f64], (floor, unit): (f64, f64)) -> Option<Size> {
     let (mut change, mut size, mut real) = (0.0f64, floor, 0.0f64);
     for (x, &delta) in x.iter_mut().zip(delta) {
         x.add_to_part(part, delta);
