@@ -62,7 +62,7 @@
 //! | (2)–(12) | all 4n + m unknowns in the paper's blocks, as the reference for the reduced equations | `paper_system.rs` ([`paper_system`]) |
 //! | (11), (12) | dJ/du without the factor Δt, dJ/db; dJ/dq₀, dJ/dv₀, dJ/dΔt | `adjoint/sweep.rs` |
 //! | Section 4 | the example | `scene/scenes.rs` |
-//! | | dependent constraints; restarts; halved steps; checkpoints | `redundancy/`, `forward/`, `motion/refinement.rs`, `solver/long/` |
+//! | | dependent constraints; restarts; halved steps; checkpoints | `redundancy/`, `event/restart/`, `motion/refinement.rs`, `solver/long/` |
 //! | Fig. 6 | complex step, tangents, differences | `check/`, `solver/lifted/` |
 //!
 //! # Symbols
@@ -85,6 +85,7 @@ mod animation;
 mod assembly;
 pub mod check;
 mod error;
+mod event;
 #[cfg(feature = "files")]
 mod files;
 mod forward;

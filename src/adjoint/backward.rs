@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use super::AdjointSweep;
 use crate::adjoint::growth::Growth;
-use crate::motion::{Motion, Restart, Task, Watch};
+use crate::motion::{Happened, Motion, StepEnd, Task, Watch};
 use crate::node::{Linearisation, SolvedMotion};
 use crate::scheme::{StageAdjoint, carried_part};
 use crate::system::{CostFactors, NodeView};
@@ -52,55 +52,52 @@ impl AdjointSweep {
         Ok(())
     }
 
-    /// Evaluates the costs of a node and solves its adjoint equations; at a restart, those of the restarted motion.
+    /// Evaluates the costs of a node and solves its adjoint equations; at an event, those after it.
     fn arrive(
         &mut self,
         system: &System,
         motion: &Motion,
         linearisation: &mut Linearisation,
-        (node, is_restart): (usize, bool),
+        (node, is_event): (usize, bool),
         is_factored: &mut bool,
     ) -> Result<(), Error> {
         self.cost_rows(system, motion, node)?;
         if !self.cost_is_zero {
             self.growth.add_source(motion, &linearisation.weights, &self.cost, node);
         }
-        self.take_sigma_before(node);
+        self.take_earlier_sigma(node);
         let (last, h) = (motion.trajectory.last_stage(), half_step(motion, node));
-        let h = if is_restart || node == 0 { 0.0 } else { h };
+        let h = if is_event || node == 0 { 0.0 } else { h };
         self.solve(system, motion, linearisation, (node, last), (h, None, is_factored), || motion.at(node))
     }
 
-    /// Solves the adjoint equations of a restart, from the restarted motion to the step before it.
-    fn cross_restart(
+    /// Passes an event backward, to the end of the step before it.
+    fn pass_event(
         &mut self,
         system: &System,
         motion: &Motion,
         linearisation: &mut Linearisation,
-        (node, restart): (usize, &Restart),
+        happened: Happened,
     ) -> Result<(), Error> {
         if self.is_idle {
             return Ok(());
         }
-        if let Some(record) = &mut self.record {
-            record.begin_crossing(node, &self.step[self.stage]);
-        }
-        let crossed = self.cross(system, motion, linearisation, restart, node);
-        crossed.map_err(|breakdown| self.singular(system, motion, node, &breakdown))
+        let passed = self.pass(system, motion, linearisation, happened);
+        passed.map_err(|breakdown| self.singular(system, motion, happened.node, &breakdown))
     }
 
-    /// Solves the adjoint equations at the end of a step that precedes a restart.
+    /// Solves the adjoint equations at the end of a step that precedes an event.
     fn end_step(
         &mut self,
         system: &System,
         motion: &Motion,
         linearisation: &mut Linearisation,
-        (node, restart): (usize, &Restart),
+        Happened { node, end, .. }: Happened,
         is_factored: &mut bool,
     ) -> Result<(), Error> {
         let (last, h) = (motion.trajectory.last_stage(), half_step(motion, node));
-        let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
-        self.solve(system, motion, linearisation, (node, last), (h, Some(restart.step_blocks), is_factored), end)
+        let with = (h, Some(end.blocks), is_factored);
+        self.solve(system, motion, linearisation, (node, last), with, || end.view(motion.at(node)))
     }
 
     /// Solves the adjoint equations of stage s between a node and the previous one.
@@ -161,8 +158,8 @@ impl AdjointSweep {
     }
 
     /// Adds the derivative with respect to the length of the step that ends at a node, and carries the adjoint variables to its beginning.
-    fn leave(&mut self, motion: &Motion, linearisation: &Linearisation, (node, restart): (usize, Option<&Restart>)) {
-        self.step_row(motion, restart, node);
+    fn leave(&mut self, motion: &Motion, linearisation: &Linearisation, (node, end): (usize, Option<&StepEnd>)) {
+        self.step_row(motion, end, node);
         carried_part((&motion.trajectory.scheme, 0), motion.length(node), &mut self.step, &mut self.carried);
         if let Some(variables) = &mut self.variables {
             variables.store_step(node, &self.carried);
@@ -181,17 +178,16 @@ fn visit(
     linearisation: &mut Linearisation,
     node: usize,
 ) -> Result<(), Error> {
-    let restart = motion.restarts.at(node);
+    let happened = motion.events.at(node);
+    let end = happened.as_ref().map(|happened| &happened.end);
     side_by_side(sweeps, |sweep, is_factored| {
-        sweep.arrive(system, motion, linearisation, (node, restart.is_some()), is_factored)
+        sweep.arrive(system, motion, linearisation, (node, happened.is_some()), is_factored)
     })?;
-    if let Some(restart) = &restart {
-        sweeps.iter_mut().try_for_each(|sweep| sweep.cross_restart(system, motion, linearisation, (node, restart)))?;
+    if let Some(happened) = happened {
+        sweeps.iter_mut().try_for_each(|sweep| sweep.pass_event(system, motion, linearisation, happened))?;
         // Needed even if all sweeps are idle, since one may begin at an earlier node.
         linearisation.evaluation.set_compliance(motion.trajectory.compliance_into(node));
-        side_by_side(sweeps, |sweep, is_factored| {
-            sweep.end_step(system, motion, linearisation, (node, restart), is_factored)
-        })?;
+        side_by_side(sweeps, |sweep, is_factored| sweep.end_step(system, motion, linearisation, happened, is_factored))?;
     }
     for sweep in &mut *sweeps {
         sweep.refinement.add_controls(node, 1.0, &sweep.u, &mut sweep.gradient.controls);
@@ -202,12 +198,12 @@ fn visit(
     }
     if system.may_bend() && motion.trajectory.scheme.is_trapezoidal() {
         let watched = sweeps.iter_mut().filter(|sweep| !sweep.is_idle);
-        watched.for_each(|sweep| sweep.watch_resolution(system, motion, linearisation, restart.as_ref(), node));
+        watched.for_each(|sweep| sweep.watch_resolution(system, motion, linearisation, end, node));
     }
     for s in (1..motion.trajectory.last_stage()).rev() {
         side_by_side(sweeps, |sweep, is_factored| sweep.inner_stage(system, motion, linearisation, (node, s), is_factored))?;
     }
-    sweeps.iter_mut().for_each(|sweep| sweep.leave(motion, linearisation, (node, restart.as_ref())));
+    sweeps.iter_mut().for_each(|sweep| sweep.leave(motion, linearisation, (node, end)));
     Ok(())
 }
 

@@ -15,25 +15,25 @@ pub(super) struct Record {
     c: DMatrix<f64>,
     d: DMatrix<f64>,
     e: DMatrix<f64>,
-    /// From the last restart to the first; elements after the first `crossings` belong to earlier motions and only keep their memory.
-    crossed: Vec<Crossed>,
-    crossings: usize,
+    /// From the last event to the first; elements after the first `passed` belong to earlier motions and only keep their memory.
+    events: Vec<OfEvent>,
+    passed: usize,
     /// The first stage with zero adjoint variables: no cost reads the state from there on, so values that are not finite have no effect there.
     end: usize,
 }
 
-/// A restart: the adjoint variables of the restarted motion, and (c, e) of the projection.
+/// An event: the adjoint variables of its node after it, and those of its own.
 #[derive(Default)]
-pub(super) struct Crossed {
+pub(super) struct OfEvent {
     node: usize,
-    pub(super) anew: StageAdjoint,
-    pub(super) projection: Pair,
+    pub(super) after: StageAdjoint,
+    pub(super) own: Pair,
 }
 
 impl Record {
     /// Makes room for a number of stages.
     pub(super) fn fit(&mut self, system: &System, stages: usize) {
-        (self.crossings, self.end) = (0, stages);
+        (self.passed, self.end) = (0, stages);
         if self.a.shape() == (system.n(), stages) {
             return;
         }
@@ -68,30 +68,30 @@ impl Record {
         stage >= self.end
     }
 
-    /// Stores the adjoint variables after the restart at a node.
-    pub(super) fn begin_crossing(&mut self, node: usize, anew: &StageAdjoint) {
-        if self.crossings == self.crossed.len() {
-            self.crossed.push(Crossed::default());
+    /// Stores the adjoint variables after the event at a node.
+    pub(super) fn begin_event(&mut self, node: usize, after: &StageAdjoint) {
+        if self.passed == self.events.len() {
+            self.events.push(OfEvent::default());
         }
-        let Crossed { node: own_node, anew: own, .. } = &mut self.crossed[self.crossings];
+        let OfEvent { node: own_node, after: own, .. } = &mut self.events[self.passed];
         *own_node = node;
-        let lists = [(&mut own.a, &anew.a), (&mut own.b, &anew.b), (&mut own.c, &anew.c), (&mut own.d, &anew.d)];
-        lists.into_iter().chain([(&mut own.e, &anew.e)]).for_each(|(own, list)| own.clone_from(list));
-        self.crossings += 1;
+        let lists = [(&mut own.a, &after.a), (&mut own.b, &after.b), (&mut own.c, &after.c), (&mut own.d, &after.d)];
+        lists.into_iter().chain([(&mut own.e, &after.e)]).for_each(|(own, list)| own.clone_from(list));
+        self.passed += 1;
     }
 
-    /// Stores (c, e) of the projection of the current restart.
-    pub(super) fn end_crossing(&mut self, of: &StageAdjoint) {
-        if let Some(Crossed { projection, .. }) = self.crossed[..self.crossings].last_mut() {
-            projection.v.clone_from(&of.c);
-            projection.sigma.clone_from(&of.e);
+    /// Stores the current event's own adjoint variables.
+    pub(super) fn end_event(&mut self, of: &Pair) {
+        if let Some(OfEvent { own, .. }) = self.events[..self.passed].last_mut() {
+            own.v.clone_from(&of.v);
+            own.sigma.clone_from(&of.sigma);
         }
     }
 
-    /// The restart at a node.
-    pub(super) fn crossed(&self, node: usize) -> Option<&Crossed> {
-        let at = self.crossed[..self.crossings].binary_search_by(|crossed| node.cmp(&crossed.node)).ok()?;
-        Some(&self.crossed[at])
+    /// The event at a node.
+    pub(super) fn event(&self, node: usize) -> Option<&OfEvent> {
+        let at = self.events[..self.passed].binary_search_by(|event| node.cmp(&event.node)).ok()?;
+        Some(&self.events[at])
     }
 
     /// a and b of a stage.

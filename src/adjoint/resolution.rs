@@ -17,7 +17,7 @@
 //! Forces that no node samples are not detected: a well or a pulse between two nodes.
 
 use crate::adjoint::AdjointSweep;
-use crate::motion::{Motion, Report, Restart, column};
+use crate::motion::{Motion, Report, StepEnd};
 use crate::node::Linearisation;
 use crate::number::dot;
 use crate::system::{Covector, NodeValues, NodeView, Within};
@@ -140,7 +140,7 @@ impl AdjointSweep {
         system: &System,
         motion: &Motion,
         linearisation: &mut Linearisation,
-        restart: Option<&Restart>,
+        end: Option<&StepEnd>,
         node: usize,
     ) {
         let (event, grid) = (&mut self.resolution, &motion.inputs.grid);
@@ -159,7 +159,7 @@ impl AdjointSweep {
             }
         }
         if self.resolution.quiet.is_some() {
-            self.look_into_step(system, motion, linearisation, restart, node);
+            self.look_into_step(system, motion, linearisation, end, node);
         }
     }
 
@@ -169,15 +169,14 @@ impl AdjointSweep {
         system: &System,
         motion: &Motion,
         linearisation: &mut Linearisation,
-        restart: Option<&Restart>,
+        end: Option<&StepEnd>,
         node: usize,
     ) {
         let (here, before) = (motion.at(node), motion.at(node - 1));
-        let end = restart.map_or(here, |end| NodeView { q: end.q, v: end.v, sigma: end.sigma, ..here });
-        let (rates, k, steps) = (&motion.trajectory.p_star_dot, node - motion.first, &motion.inputs.grid.steps);
-        let rate_end = restart.map_or_else(|| column(rates, k), |end| end.p_star_dot);
-        let after = if restart.is_some() { 0.0 } else { steps.get(node).copied().unwrap_or(0.0) };
+        let steps = &motion.inputs.grid.steps;
+        let after = if end.is_some() { 0.0 } else { steps.get(node).copied().unwrap_or(0.0) };
         let both = 0.5 * (steps[node - 1] + after);
+        let end = end.map_or(here, |end| end.view(here));
         let Resolution { change, c, d, e, bends, most, .. } = &mut self.resolution;
         load_change(change, [&before, &end]);
         // c and e belong to the halves of both steps at the node.
@@ -187,7 +186,7 @@ impl AdjointSweep {
         e.iter_mut().zip(&done.e).for_each(|(e, of_node)| *e = per_second * of_node);
         d.iter_mut().zip(&done.b).for_each(|(d, b)| *d = -b);
         let mean = |x: &[f64], y: &[f64], z: &[f64]| 0.5 * (dot(x, y) + dot(x, z)).abs();
-        let gain = mean(&done.a, end.v, before.v) + mean(&done.b, rate_end, column(rates, k - 1));
+        let gain = mean(&done.a, end.v, before.v) + mean(&done.b, end.p_star_dot, before.p_star_dot);
         *most = most.max(gain);
         let place = Place { step: self.refinement.step_of_whole(node), time: here.t };
         let mut bends = bends.iter_mut();

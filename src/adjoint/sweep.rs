@@ -20,8 +20,9 @@ use crate::adjoint::growth::Growth;
 use crate::adjoint::record::Record;
 use crate::adjoint::resolution::Resolution;
 use crate::adjoint::{AdjointVariables, Gradient};
+use crate::event::{AfterRows, EarlierSigma};
 use crate::linear::Breakdown;
-use crate::motion::{Motion, Refinement, Report, Restart, column_mut};
+use crate::motion::{Motion, Refinement, Report, StepEnd, column_mut};
 use crate::node::Linearisation;
 use crate::number::{add, add_dot, all_finite, total};
 use crate::scheme::{Carried, StageAdjoint};
@@ -52,9 +53,10 @@ pub(crate) struct AdjointSweep {
     pub(super) solution: Vec<f64>,
     pub(super) cost_node: CostNode,
     pub(crate) zeros: Pair,
-    /// Contribution of a restart to J_σ of the node at which the previous macro step ended, and this node, until it is reached.
-    pub(crate) sigma_before: Vec<f64>,
-    pub(crate) sigma_before_at: Option<usize>,
+    /// For events: the derivatives behind them, their own adjoint variables, and their contribution to J_σ of an earlier node.
+    pub(super) after: AfterRows,
+    pub(super) own: Pair,
+    pub(super) earlier: EarlierSigma,
     pub(super) growth: Growth,
     pub(super) accuracy: Accuracy,
     /// dJ/du of the current node or stage.
@@ -92,8 +94,9 @@ impl AdjointSweep {
             solution: zeros(n + m),
             zeros: Pair::new(n, m),
             cost_node: CostNode::new(system),
-            sigma_before: zeros(m),
-            sigma_before_at: None,
+            after: AfterRows { p_star: zeros(n), sigma: zeros(m) },
+            own: Pair::new(n, m),
+            earlier: EarlierSigma { node: None, rows: zeros(m) },
             growth: Growth::default(),
             accuracy: Accuracy::default(),
             u: zeros(system.k()),
@@ -129,13 +132,13 @@ impl AdjointSweep {
         self.step[self.stage].clear();
     }
 
-    /// Adds the contribution of a later restart to the multipliers of this node.
-    pub(super) fn take_sigma_before(&mut self, node: usize) {
-        if self.sigma_before_at != Some(node) {
+    /// Adds the contribution of a later event to the multipliers of this node.
+    pub(super) fn take_earlier_sigma(&mut self, node: usize) {
+        if self.earlier.node != Some(node) {
             return;
         }
-        self.sigma_before_at = None;
-        let terms = self.cost.sigma.iter_mut().zip(&mut self.sigma_before);
+        self.earlier.node = None;
+        let terms = self.cost.sigma.iter_mut().zip(&mut self.earlier.rows);
         terms.for_each(|(sum, carried)| *sum += std::mem::take(carried));
         self.cost_is_zero = false;
     }
@@ -159,8 +162,8 @@ impl AdjointSweep {
         let at = NodeView::of_equations(state, (&self.u, 0.0, &motion.design));
         system.fix_costs(&at, &mut self.cost.memory)?;
         self.refinement = motion.refinement();
-        self.sigma_before.fill(0.0);
-        self.sigma_before_at = None;
+        self.earlier.rows.fill(0.0);
+        self.earlier.node = None;
         self.growth.begin(motion);
         self.cost_node.begin();
         self.accuracy = Accuracy::default();
@@ -223,10 +226,10 @@ impl AdjointSweep {
     }
 
     /// dJ/dΔt_i = −Σ_s Σ_j a_sj (a_sᵀ v_j + b_sᵀ ṗ*_j) + explicit time of this and all later nodes.
-    pub(super) fn step_row(&mut self, motion: &Motion, restart: Option<&Restart>, i: usize) {
+    pub(super) fn step_row(&mut self, motion: &Motion, end: Option<&StepEnd>, i: usize) {
         let (trajectory, k) = (&motion.trajectory, i - motion.first);
         let (scheme, last) = (&trajectory.scheme, trajectory.last_stage());
-        let rates = |j: usize| match (j, restart) {
+        let rates = |j: usize| match (j, end) {
             (j, Some(end)) if j == last => (end.v, end.p_star_dot),
             (j, _) => trajectory.rates(k, j),
         };
@@ -252,7 +255,7 @@ impl AdjointSweep {
         column_mut(&mut variables.c, i).copy_from_slice(&node.c);
         column_mut(&mut variables.d, i).copy_from_slice(&node.d);
         column_mut(&mut variables.e, i).copy_from_slice(&node.e);
-        column_mut(&mut variables.s, i).copy_from_slice(&self.sigma_before);
+        column_mut(&mut variables.s, i).copy_from_slice(&self.earlier.rows);
 
         let n = node.a.len();
         let (first, rest) = column_mut(&mut variables.w, i).split_at_mut(2 * n);

@@ -28,7 +28,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{ForwardSweep, HISTORY, restart};
+use super::{ForwardSweep, HISTORY};
 use crate::motion::{Clock, Task, column, column_mut};
 use crate::node::StepFailure;
 use crate::scheme::local_error;
@@ -196,7 +196,7 @@ impl ForwardSweep {
                         self.check_compliant(system, node, settings)?;
                         self.watch_dependent(system, node);
                         self.monitor.lengths.watch_reach(&self.motion, node);
-                        restart::apply(self, system, node, settings)?;
+                        self.pass_events(system, node, settings)?;
                         node += 1;
                         growing.now = growing.now.after(length);
                         self.motion.trajectory.computed = node - self.motion.first;

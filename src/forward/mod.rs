@@ -4,6 +4,7 @@ mod adapt;
 mod closeness;
 mod continuation;
 mod drift;
+mod events;
 mod failure;
 mod given_start;
 mod halving;

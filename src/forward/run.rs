@@ -73,7 +73,7 @@ impl ForwardSweep {
     /// Solves node 0 of the current inputs.
     pub(crate) fn begin_again(&mut self, system: &System, settings: &Settings) -> Result<(), Error> {
         (self.motion.first, self.stepper.smooth_from, self.restarting.most_range) = (0, 0, 0.0);
-        self.motion.restarts.clear();
+        self.motion.events.clear();
         self.restarting.circuits.forget();
         self.motion.ahead.again();
         self.motion.trajectory.computed = 0;
@@ -128,7 +128,7 @@ impl ForwardSweep {
             self.watch_dependent(system, node);
             self.watch_turns(system, node);
             self.monitor.lengths.watch_reach(&self.motion, node);
-            restart::apply(self, system, node, settings)?;
+            self.pass_events(system, node, settings)?;
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton.linearisation, node, settings);
             self.monitor.examiner.visit(system, &self.motion, node, &mut self.monitor.report);
             node += 1;

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! As the mechanism turns, a left-out equation loses its share in z, and the others become dependent on each other, as an abscissa does at some angle
-//! of a bar. Equations are chosen anew before this happens. Each choice is a restart (`forward/restart.rs`), so the gradient through it is exact.
+//! of a bar. Equations are chosen anew before this happens. Each choice is a restart (`event/restart/`), so the gradient through it is exact.
 //!
 //! Between choices positions are projected at intervals, because left-out equations would drift farther than the others. This also detects equations
 //! that begin to contradict the others: the projection violates Φ = 0, or dΦ/dt = 0 there, by μ ν.

@@ -20,7 +20,7 @@ impl ForwardSweep {
         self.motion.trajectory.move_to_front(from, count);
         self.motion.first += from;
         self.motion.trajectory.computed = count;
-        self.motion.restarts.clear();
+        self.motion.events.clear();
         // Only whether there were earlier restarts is needed.
         self.motion.trajectory.restarted.truncate(1);
     }

@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::ahead::Ahead;
+use super::events::Events;
 use super::grid::Grid;
 use super::inputs::{Inputs, Start};
-use super::restarts::Restarts;
 use super::trajectory::{Compliance, Trajectory};
 use crate::motion::{Assembly, column};
 use crate::system::NodeView;
@@ -32,7 +32,7 @@ pub(crate) struct Motion {
     /// Second derivatives at the given start, and σ = 0 there.
     pub(crate) start_blocks: Vec<f64>,
     pub(crate) no_sigma: Vec<f64>,
-    pub(crate) restarts: Restarts,
+    pub(crate) events: Events,
     /// The small compliances of all equations that close loops, with none of them left out; empty unless some depend on each other.
     pub(crate) shared: Vec<(usize, f64)>,
     /// For each column, true if the end of its step was badly predicted, so that the step is checked for unresolved forces.
@@ -59,7 +59,7 @@ impl Motion {
             blocks: DMatrix::zeros(0, 0),
             start_blocks: Vec::new(),
             no_sigma: vec![0.0; system.m()],
-            restarts: Restarts::default(),
+            events: Events::default(),
             shared: Vec::new(),
             surprising: Vec::new(),
         }
@@ -70,7 +70,7 @@ impl Motion {
         self.trajectory.columns(node - self.first).with_inputs((self.inputs.controls_at(node), &self.design))
     }
 
-    /// True if both motions have the same steps, the same kinds of restarts at the same nodes and the same left-out equations: only then are
+    /// True if both motions have the same steps, the same events at the same nodes and the same left-out equations: only then are
     /// quantities computed from them the same function of the inputs.
     pub(crate) fn is_like(&self, other: &Motion) -> bool {
         let left_out = |motion: &Motion| -> Vec<(usize, Vec<usize>)> {
@@ -78,7 +78,7 @@ impl Motion {
             parts.map(|part| (part.from, part.equations.iter().map(|&(j, _)| j).collect())).collect()
         };
         self.trajectory.inserted == other.trajectory.inserted
-            && self.restarts.are_alike(&other.restarts)
+            && self.events.are_alike(&other.events)
             && left_out(self) == left_out(other)
     }
 

@@ -1,6 +1,8 @@
-//! Sizes of corrections, and a test whether they have become rounding error.
+//! Sizes of corrections in numbers of other types, a test whether they have become rounding error, and their failures.
 
 use super::convergence::NOISE;
+use crate::Error;
+use crate::motion::Motion;
 use crate::number::Real;
 
 /// Corrections below the first number that the second number of further ones has not halved are also rounding error (nearly singular matrix).
@@ -9,6 +11,9 @@ use crate::number::Real;
 const LOST: (f64, usize) = (1e-5, 4);
 /// The same holds if `of_all` is below this: the part may be a remainder of terms that cancel, such as the force on a creeping body.
 const LOST_OF_ALL: f64 = 1e-12;
+
+/// Size of a correction, relative to the parts of the unknowns, below which the iteration stops, after two corrections at least.
+pub(crate) const SETTLED: f64 = 1e-14;
 
 /// Sizes of successive corrections.
 #[derive(Clone, Copy)]
@@ -65,4 +70,23 @@ pub(crate) fn add_correction<R: Real>(x: &mut [R], part: usize, delta: &[f64], (
     }
     let relative_to = |size: f64| if change == 0.0 { 0.0 } else { change / size };
     Some(Size { of_part: relative_to(size), of_all: relative_to(size.max(unit * real)) })
+}
+
+/// Error for a quantity that overflows at a node.
+pub(crate) fn overflow(motion: &Motion, node: usize, what: &str) -> Error {
+    Error::Overflow { what: format!("{what} at node {}", motion.node_of_whole(node)), value: f64::INFINITY }
+}
+
+/// Error for corrections at a node that do not converge.
+pub(crate) fn diverged(motion: &Motion, node: usize, (iterations, residual): (usize, f64), what: &str) -> Error {
+    Error::Newton {
+        step: motion.step_of_whole(node),
+        time: motion.time(node),
+        iterations,
+        length: motion.length(node),
+        residual,
+        equation: what.into(),
+        driven: Vec::new(),
+        jump: None,
+    }
 }

@@ -22,13 +22,13 @@ mod transposed;
 #[cfg(test)]
 mod tests;
 
-pub(crate) use correction::{Shrinking, Size, add_correction};
+pub(crate) use correction::{SETTLED, Shrinking, Size, add_correction, diverged, overflow};
 pub(crate) use lengths::Lengths;
 pub(crate) use linearisation::Linearisation;
 pub(crate) use newton::{Miss, Newton, SMALL, STILL};
 pub(crate) use phi_along::{ALONG, PhiAlong};
 pub(crate) use predict::Predictor;
-pub(crate) use projection::{Point, Projection};
+pub(crate) use projection::{MOST_CORRECTIONS_OF_PROJECTION, Point, Projection};
 pub(crate) use second_order_programs::SecondOrderPrograms;
 pub(crate) use sizes::UnitWeights;
 pub(crate) use solved::SolvedMotion;

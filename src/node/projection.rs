@@ -17,10 +17,13 @@ use super::lengths::Lengths;
 use super::linearisation::Linearisation;
 use super::step::StepFailure;
 use crate::System;
-use crate::motion::{MOST_CORRECTIONS_OF_PROJECTION, Motion, Report};
+use crate::motion::{Motion, Report};
 use crate::number::{larger, largest};
 use crate::system::{NodeView, Pair};
 
+/// A projection that has not converged after this number of corrections fails; corrections that shrink by a third have reached rounding by then. The
+/// corrections of its derivatives shrink alike.
+pub(crate) const MOST_CORRECTIONS_OF_PROJECTION: usize = 90;
 /// If constraints depend on each other, K(0) is factored anew in these corrections: q is known to rounding before the last.
 const REFACTORED: std::ops::RangeInclusive<usize> = 1..=2;
 /// Momenta at rest below this fraction of those of the motion are rounding.

@@ -55,7 +55,7 @@ impl ForwardSweep {
         self.stepper.set_clock(checkpoint.node, checkpoint.clock);
         (self.stepper.smooth_from, self.restarting.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
         self.stepper.newton.linearisation.evaluation.set_compliance(self.motion.trajectory.compliance_from(checkpoint.node));
-        self.motion.restarts.clear();
+        self.motion.events.clear();
         self.motion.ahead.again();
         self.motion.trajectory.restarted.truncate(1);
         self.motion.trajectory.restarted.retain(|&node| node <= checkpoint.node);

@@ -23,6 +23,7 @@ const ROOMS: &[&str] = &[
     "redundancy",
     "assembly",
     "accelerations",
+    "event",
     "adjoint",
     "forward",
     "paper_system",

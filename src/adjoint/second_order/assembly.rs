@@ -92,7 +92,9 @@ impl SecondOrderSweep {
         let directions = (q_dot.as_slice(), [&along.moved, &zeros]);
         let of_coordinates = self.through(system, linearisation, (Which::Coordinates, of), directions, [&q_bar, &q])?;
         let time = self.sweep.time;
-        self.add_change_of_phi(system, (&motion.at(0), 0), (&of_coordinates.x.sigma, -1.0), q_dot.as_slice());
+        self.phi.set(&motion.at(0), &NodeView { q: q_dot.as_slice(), ..self.change.at(0) });
+        let rows = (&mut self.sweep.design[..], &mut self.sweep.time);
+        self.phi.add_change(system, (&of_coordinates.x.sigma, -1.0), rows);
         // The time of a start does not depend on the guess.
         self.sweep.time = time;
         linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));

@@ -48,19 +48,19 @@ impl SecondOrderSweep {
         node: usize,
     ) -> Result<(), Error> {
         let (scheme, last, dt) = (motion.trajectory.scheme, motion.trajectory.last_stage(), motion.length(node));
-        let (restart, h) = (motion.restarts.at(node), dt * scheme.a(last, last));
-        self.unused_restarts.extend(self.ended.take());
+        let (happened, h) = (motion.events.at(node), dt * scheme.a(last, last));
+        self.unused_events.extend(self.ended.take());
         self.sources_of_node(system, motion, (linearisation, first), node)?;
         let sweep = &mut self.sweep;
-        sweep.take_sigma_before(node);
-        let begins = restart.is_some() || node == 0;
+        sweep.take_earlier_sigma(node);
+        let begins = happened.is_some() || node == 0;
         let h_here = if begins { 0.0 } else { h };
         self.solve_stage(system, motion, (linearisation, first), (node, last), (h_here, None), || motion.at(node))?;
-        if let Some(restart) = restart {
-            self.cross_back(system, motion, (linearisation, first), (node, &restart))?;
-            linearisation.evaluation.set_compliance(motion.trajectory.compliance_into(node));
-            let end = || NodeView { q: restart.q, v: restart.v, sigma: restart.sigma, ..motion.at(node) };
-            self.solve_stage(system, motion, (linearisation, first), (node, last), (h, Some(restart.step_blocks)), end)?;
+        if let Some(happened) = happened {
+            let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), motion.time(node));
+            self.pass_back(system, motion, (linearisation, first), happened).map_err(singular)?;
+            let end = || happened.end.view(motion.at(node));
+            self.solve_stage(system, motion, (linearisation, first), (node, last), (h, Some(happened.end.blocks)), end)?;
         }
         let sweep = &mut self.sweep;
         sweep.refinement.add_controls(node, 1.0, &sweep.u, &mut sweep.gradient.controls);
@@ -70,7 +70,7 @@ impl SecondOrderSweep {
         for s in (1..last).rev() {
             self.inner_stage(system, motion, (linearisation, first), (node, s))?;
         }
-        self.sweep.step_row(motion, restart.as_ref(), node);
+        self.sweep.step_row(motion, happened.as_ref().map(|happened| &happened.end), node);
         self.step_row(motion, first, node);
         carried_part((&scheme, 0), dt, &mut self.sweep.step, &mut self.sweep.carried);
         self.carry(motion, first, (node, 0));

@@ -2,7 +2,7 @@
 
 use super::SecondOrderSweep;
 use super::kept::Place;
-use crate::motion::{Motion, Restart, column};
+use crate::motion::{Motion, StepEnd, column};
 use crate::node::Linearisation;
 use crate::number::largest;
 use crate::scheme::known_part;
@@ -17,22 +17,24 @@ impl SecondOrderSweep {
         linearisation: &mut Linearisation,
     ) -> Result<(), Error> {
         let (scheme, last) = (motion.trajectory.scheme, motion.trajectory.last_stage());
-        self.unused_restarts.append(&mut self.restarts);
-        self.unused_restarts.extend(self.ended.take());
+        self.unused_events.append(&mut self.events);
+        self.unused_events.extend(self.ended.take());
         self.begin_motion(system, motion, linearisation);
         self.sigma_before.fill(0.0);
         linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         self.solve(system, motion, linearisation, ((0, last), motion.at(0), motion.node_blocks(0)), (0.0, false))?;
         for node in 1..motion.nodes() {
-            let restart = motion.restarts.at(node);
+            let happened = motion.events.at(node);
+            let ended = happened.map(|happened| happened.end);
             for s in 1..=last {
-                self.known_part(motion, (node, s), restart);
-                let end = stage_end(motion, (node, s), restart);
-                let is_end = s == last && restart.is_some();
+                self.known_part(motion, (node, s), ended);
+                let end = stage_end(motion, (node, s), ended);
+                let is_end = s == last && ended.is_some();
                 self.solve(system, motion, linearisation, end, (motion.length(node) * scheme.a(s, s), is_end))?;
             }
-            if let Some(restart) = restart {
-                self.cross(system, motion, linearisation, (node, &restart))?;
+            if let Some(happened) = happened {
+                let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), motion.time(node));
+                self.pass(system, motion, linearisation, happened).map_err(singular)?;
                 self.solve(
                     system,
                     motion,
@@ -60,7 +62,7 @@ impl SecondOrderSweep {
     }
 
     /// Computes q̄˙ + ḣ v and p̄˙ + ḣ g of a stage, and the change of its time.
-    fn known_part(&mut self, motion: &Motion, (node, s): (usize, usize), restart: Option<Restart>) {
+    fn known_part(&mut self, motion: &Motion, (node, s): (usize, usize), ended: Option<StepEnd>) {
         let (trajectory, inputs) = (&mut self.change.trajectory, &self.change.inputs);
         let (scheme, dt, dt_dot) = (motion.trajectory.scheme, motion.length(node), inputs.grid.steps[node - 1]);
         if s < scheme.stages() {
@@ -75,7 +77,7 @@ impl SecondOrderSweep {
             return;
         }
         for j in 0..=s {
-            let rates = restart.filter(|_| j == scheme.stages()).map(|end| (end.v, end.p_star_dot));
+            let rates = ended.filter(|_| j == scheme.stages()).map(|end| (end.v, end.p_star_dot));
             let (factor, (v, g)) = (dt_dot * scheme.a(s, j), rates.unwrap_or_else(|| motion.trajectory.rates(node, j)));
             self.known_q.iter_mut().zip(v).for_each(|(sum, v)| *sum += factor * v);
             self.known_p.iter_mut().zip(g).for_each(|(sum, g)| *sum += factor * g);
@@ -151,18 +153,15 @@ impl SecondOrderSweep {
     }
 }
 
-/// A stage of the step that ends at a node; at a restart, the state before it.
+/// A stage of the step that ends at a node; if an event follows, the state before it.
 pub(super) fn stage_end<'a>(
     motion: &'a Motion,
     (node, s): (usize, usize),
-    restart: Option<Restart<'a>>,
+    ended: Option<StepEnd<'a>>,
 ) -> ((usize, usize), NodeView<'a, f64>, &'a [f64]) {
-    match restart.filter(|_| s == motion.trajectory.last_stage()) {
+    match ended.filter(|_| s == motion.trajectory.last_stage()) {
         None => ((node, s), motion.at_stage(node, s), motion.stage_blocks(node, s)),
-        Some(end) => {
-            let at = NodeView { q: end.q, v: end.v, sigma: end.sigma, ..motion.at(node) };
-            ((node, s), at, end.step_blocks)
-        }
+        Some(end) => ((node, s), end.view(motion.at(node)), end.blocks),
     }
 }
 

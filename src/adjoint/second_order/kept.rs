@@ -8,7 +8,7 @@ use crate::node::Linearisation;
 /// If a motion would need more bytes than this, no factors are stored.
 const MOST_BYTES: usize = 1 << 26;
 
-/// Two factorisations for each stage: of its K, and of K at the end of a step that precedes a restart.
+/// Two factorisations for each stage: of its K, and of K at the end of a step that precedes an event.
 #[derive(Default)]
 pub(super) struct KeptFactors(Vec<Kept>);
 
@@ -54,7 +54,7 @@ impl KeptFactors {
     }
 }
 
-/// The column of second derivatives of a stage; true if the stage is the end of a step that precedes a restart.
+/// The column of second derivatives of a stage; true if the stage is the end of a step that precedes an event.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
     pub(super) column: usize,

@@ -9,15 +9,15 @@
 //!   outputs    dJ/du, dJ/db, dJ/dΔt of the backward sweep, and what their formulas change by themselves
 //! ```
 //!
-//! Restarts ([`restart`]), assembled starts ([`assembly`]) and costs on accelerations (`accelerations/evaluation.rs`) are differentiated in the same
+//! Events (`event/`), assembled starts ([`assembly`]) and costs on accelerations (`accelerations/evaluation.rs`) are differentiated in the same
 //! way. A product is exact, symmetric to rounding, and costs about as much as a gradient.
 
 mod assembly;
 mod backward;
 mod changes;
+mod event;
 mod forward;
 mod kept;
-mod restart;
 mod sources;
 
 use nalgebra::DVector;
@@ -31,7 +31,7 @@ use crate::motion::{Motion, Report};
 use crate::node::{Linearisation, PhiAlong, SecondOrderPrograms, SolvedMotion};
 use crate::system::{CostFactors, CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
-use changes::{AssemblyChange, RestartChange};
+use changes::{AssemblyChange, EventChange};
 use kept::KeptFactors;
 
 /// Workspace for products.
@@ -46,11 +46,11 @@ pub(crate) struct SecondOrderSweep {
     kept: KeptFactors,
     /// Change of the assembly of the start.
     of_assembly: Option<AssemblyChange>,
-    /// Changes of the restarts, in order; in the backward sweep, that of the current node.
-    restarts: Vec<RestartChange>,
-    ended: Option<RestartChange>,
-    /// Reusable memory for changes of restarts.
-    unused_restarts: Vec<RestartChange>,
+    /// Directions of the events, in order; in the backward sweep, that of the current node.
+    events: Vec<EventChange>,
+    ended: Option<EventChange>,
+    /// Reusable memory for directions of events.
+    unused_events: Vec<EventChange>,
     phi: PhiAlong,
     /// The direction of the multipliers at the beginning of the current step.
     sigma_before: Vec<f64>,
@@ -97,9 +97,9 @@ impl SecondOrderSweep {
             programs: SecondOrderPrograms::default(),
             kept: KeptFactors::default(),
             of_assembly: None,
-            restarts: Vec::new(),
+            events: Vec::new(),
             ended: None,
-            unused_restarts: Vec::new(),
+            unused_events: Vec::new(),
             phi: PhiAlong::new(system),
             sigma_before: zeros(m),
             known_q: zeros(n),

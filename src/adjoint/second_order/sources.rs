@@ -1,7 +1,7 @@
 //! S_z of a stage, which replaces a cost's derivatives J_z in the adjoint equations for derivatives along a direction.
 
 use super::{First, SecondOrderSweep};
-use crate::adjoint::record::Crossed;
+use crate::adjoint::record::OfEvent;
 use crate::motion::Motion;
 use crate::node::{Linearisation, SecondOrderPrograms};
 use crate::number::dot;
@@ -153,7 +153,7 @@ impl SecondOrderSweep {
         Ok(found.is_some())
     }
 
-    /// Adds the sources of the equations of a stage; for a restarted node, of the motion after the restart.
+    /// Adds the sources of the equations of a stage; for a node with an event, after it.
     fn add_stage(
         &mut self,
         system: &System,
@@ -163,14 +163,14 @@ impl SecondOrderSweep {
     ) {
         self.sweep.cost_is_zero = false;
         let (record, programs) = (first.record, &mut self.programs);
-        let crossed = record.crossed(node).filter(|_| s == motion.trajectory.last_stage());
+        let of_event = record.event(node).filter(|_| s == motion.trajectory.last_stage());
         let stage = motion.block_column(node, s);
         if record.has_nothing(stage) {
             return;
         }
         let h_dot = self.change.length(node) * motion.trajectory.scheme.a(s, s);
-        let (with, step, h_dot) = match crossed {
-            Some(Crossed { anew: StageAdjoint { a, b, c, d, e }, .. }) => (Covector { c, d, e }, [&a[..], b], 0.0),
+        let (with, step, h_dot) = match of_event {
+            Some(OfEvent { after: StageAdjoint { a, b, c, d, e }, .. }) => (Covector { c, d, e }, [&a[..], b], 0.0),
             None => (record.covector(stage), record.of_step(stage), h_dot),
         };
         let (at, along) = (motion.at_stage(node, s), self.change.at_stage(node, s));

@@ -6,7 +6,7 @@
 //! confirms it. The derivative is therefore independent of the blocks from which the adjoint is assembled: they only
 //! determine how fast the iteration converges.
 
-mod restart;
+mod event;
 mod stage;
 
 use nalgebra::DVector;
@@ -230,7 +230,7 @@ impl<R: Real> Lifted<R> {
     }
 
     fn step(&mut self, near: &mut Near, i: usize) -> Result<(), Error> {
-        let restart = near.motion.restarts.at(i);
+        let happened = near.motion.events.at(i);
         let (scheme, dt) = (self.trajectory.scheme, self.inputs.grid.steps[i - 1]);
         for s in 1..=scheme.stages() {
             let is_node = s == scheme.stages();
@@ -241,10 +241,10 @@ impl<R: Real> Lifted<R> {
             known_part((&scheme, s), dt, (y.q, y.v), |j| trajectory.rates(i, j).0, &mut self.start_q);
             known_part((&scheme, s), dt, (y.p_star, y.p_star_dot), |j| trajectory.rates(i, j).1, &mut self.start_p);
             self.start_sigma.copy_from_slice(y.sigma);
-            self.solve_stage(near, (i, s), dt * scheme.a(s, s), restart.filter(|_| is_node))?;
+            self.solve_stage(near, (i, s), dt * scheme.a(s, s), happened.filter(|_| is_node).map(|happened| happened.end))?;
         }
-        if let Some(restart) = restart {
-            self.restart(near, i, &restart)?;
+        if let Some(happened) = happened {
+            self.pass(near, happened)?;
         }
         self.trajectory.computed = i + 1;
         Ok(())
@@ -267,11 +267,6 @@ impl<R: Real> Lifted<R> {
         self.trajectory.computed = 1;
         Ok(())
     }
-}
-
-/// Error for a quantity that overflows at a node.
-fn overflow(near: &Near, i: usize, what: &str) -> Error {
-    Error::Overflow { what: format!("{what} at node {}", near.motion.node_of_whole(i)), value: f64::INFINITY }
 }
 
 /// One part of all inputs.

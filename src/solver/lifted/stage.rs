@@ -1,13 +1,11 @@
 //! A stage in numbers of type R: r = 0 by corrections with the real tangent matrix, starting from the real solution.
 
-use super::{Lifted, Near, overflow};
+use super::{Lifted, Near};
 use crate::Error;
-use crate::motion::{Motion, Restart, column};
-use crate::node::{SMALL, Shrinking, Size, add_correction};
+use crate::motion::{Motion, StepEnd, column};
+use crate::node::{SETTLED, SMALL, Shrinking, Size, add_correction, diverged, overflow};
 use crate::number::Real;
 
-/// Size of a correction, relative to the parts of the unknowns, below which the iteration stops, after two corrections at least.
-pub(super) const CONVERGED: f64 = 1e-14;
 /// Residual relative to the parts of its terms below which the iteration stops as well: the rest is rounding error.
 const ROUNDING: f64 = 1e-13;
 /// Velocities below this fraction of the largest velocity of the motion are rounding error.
@@ -28,51 +26,39 @@ impl<R: Real> Lifted<R> {
         self.solve_stage(near, (i, self.trajectory.last_stage()), R::zero(), None)
     }
 
-    /// Solves a stage, or the end of the step into a node at which the motion is restarted, starting from the real solution.
+    /// Solves a stage, or the end of the step into a node with an event, starting from the real solution.
     pub(super) fn solve_stage(
         &mut self,
         near: &mut Near,
         (i, s): (usize, usize),
         h: R,
-        restart: Option<Restart>,
+        end: Option<StepEnd>,
     ) -> Result<(), Error> {
         let motion = near.motion;
-        self.start_from_real(motion, (i, s), restart);
+        self.start_from_real(motion, (i, s), end);
         let at = motion.block_column(i, s);
-        let blocks = restart.map_or_else(|| column(&motion.blocks, at), |restart| restart.step_blocks);
+        let blocks = end.map_or_else(|| column(&motion.blocks, at), |end| end.blocks);
         near.factor(i, h.part(0), blocks)?;
         let mut sizes = Shrinking::new();
         for correction in 0..MOST_CORRECTIONS_OF_STAGE {
             self.evaluate(near, (i, s), h);
-            let (size, is_rounding) =
-                self.correct(near, (i, s), h).ok_or_else(|| overflow(near, i, "the complex or dual part of the motion"))?;
+            let (size, is_rounding) = self
+                .correct(near, (i, s), h)
+                .ok_or_else(|| overflow(near.motion, i, "the complex or dual part of the motion"))?;
             let is_stalled = sizes.is_stalled(size);
-            if correction > 0 && (size.of_part <= CONVERGED || is_rounding || is_stalled) {
+            if correction > 0 && (size.of_part <= SETTLED || is_rounding || is_stalled) {
                 self.rounding = self.rounding.max(size.of_all);
                 self.evaluate(near, (i, s), h);
                 self.store((i, s), h);
                 return Ok(());
             }
         }
-        Err(self.diverged(near, i, (MOST_CORRECTIONS_OF_STAGE, sizes.last), "the complex or dual part of the step"))
+        Err(diverged(near.motion, i, (MOST_CORRECTIONS_OF_STAGE, sizes.last), "the complex or dual part of the step"))
     }
 
-    pub(super) fn diverged(&self, near: &Near, i: usize, (iterations, residual): (usize, f64), what: &str) -> Error {
-        Error::Newton {
-            step: near.motion.step_of_whole(i),
-            time: self.trajectory.times[i].part(0),
-            iterations,
-            length: i.checked_sub(1).map_or(0.0, |before| self.inputs.grid.steps[before].part(0)),
-            residual,
-            equation: what.into(),
-            driven: Vec::new(),
-            jump: None,
-        }
-    }
-
-    fn start_from_real(&mut self, motion: &Motion, (i, s): (usize, usize), restart: Option<Restart>) {
+    fn start_from_real(&mut self, motion: &Motion, (i, s): (usize, usize), end: Option<StepEnd>) {
         let real = motion.trajectory.stage(i, s);
-        let (v, sigma) = restart.map_or((real.v, real.sigma), |restart| (restart.v, restart.sigma));
+        let (v, sigma) = end.map_or((real.v, real.sigma), |end| (end.v, end.sigma));
         let lift = |to: &mut [R], from: &[f64]| to.iter_mut().zip(from).for_each(|(to, &from)| *to = from.into());
         let now = self.trajectory.stage_mut(i, s);
         lift(now.v, v);

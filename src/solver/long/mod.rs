@@ -27,7 +27,7 @@ use super::check_weights;
 use super::checkpoint::Checkpoint;
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::forward::{ForwardSweep, HISTORY};
-use crate::motion::Restarts;
+use crate::motion::Events;
 use crate::motion::{Progress, Refinement, Report, Watch};
 use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings, System};
@@ -262,7 +262,7 @@ impl<'s> LongSolver<'s> {
     fn give_up_checkpoints(&mut self) -> Result<(), Error> {
         self.checkpoints = Vec::new();
         self.forward.slide();
-        self.forward.motion.restarts = Restarts::default();
+        self.forward.motion.events = Events::default();
         self.plan.window = SHORTEST;
         self.forward.motion.make_room(SHORTEST + HISTORY);
         let nodes = self.forward.motion.nodes();
