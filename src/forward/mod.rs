@@ -7,7 +7,6 @@ mod drift;
 mod events;
 mod failure;
 mod given_start;
-mod halving;
 mod monitor;
 mod relax;
 mod restart;

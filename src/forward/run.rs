@@ -182,4 +182,17 @@ impl ForwardSweep {
         }
         system.find_undefined_energy(&self.motion.at(node), self.motion.node_of_whole(node)).map_or(Ok(()), Err)
     }
+
+    /// Warns of the steps that were halved.
+    #[cold]
+    fn warn_of_halved_steps(&mut self) {
+        let (inserted, grid) = (&self.motion.trajectory.inserted, &self.motion.inputs.grid);
+        let Some(&first) = inserted.first() else { return };
+        // Every part of a step begins or ends at an inserted node.
+        let lengths = inserted.iter().map(|&node| grid.steps[node - 1].abs().min(grid.steps[node].abs()));
+        let shortest = lengths.fold(f64::INFINITY, f64::min);
+        let time = grid.time(first - 1);
+        let step = self.motion.step_of_whole(first);
+        self.monitor.report.warn(Warning::HalvedSteps { step, time, inserted: inserted.len(), shortest });
+    }
 }

@@ -9,6 +9,7 @@ mod computed;
 mod events;
 mod examiner;
 mod grid;
+mod halving;
 mod inputs;
 mod progress;
 mod refinement;

@@ -11,9 +11,9 @@
 
 use nalgebra::DMatrix;
 
-use super::ForwardSweep;
-use crate::motion::{Motion, Refinement, column_mut};
-use crate::{Settings, Warning};
+use super::computed::Motion;
+use super::{Refinement, column_mut};
+use crate::Settings;
 
 /// Largest number of halvings of a step; shorter parts would be lost in its rounding.
 const MOST_HALVINGS: usize = 52;
@@ -173,19 +173,5 @@ impl Motion {
         self.trajectory.resize(nodes);
         let blocks = std::mem::replace(&mut self.blocks, DMatrix::zeros(0, 0));
         self.blocks = blocks.resize_horizontally(nodes * self.trajectory.last_stage(), 0.0);
-    }
-}
-
-impl ForwardSweep {
-    #[cold]
-    pub(crate) fn warn_of_halved_steps(&mut self) {
-        let (inserted, grid) = (&self.motion.trajectory.inserted, &self.motion.inputs.grid);
-        let Some(&first) = inserted.first() else { return };
-        // Every part of a step begins or ends at an inserted node.
-        let lengths = inserted.iter().map(|&node| grid.steps[node - 1].abs().min(grid.steps[node].abs()));
-        let shortest = lengths.fold(f64::INFINITY, f64::min);
-        let time = grid.time(first - 1);
-        let step = self.motion.step_of_whole(first);
-        self.monitor.report.warn(Warning::HalvedSteps { step, time, inserted: inserted.len(), shortest });
     }
 }
