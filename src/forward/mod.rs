@@ -1,18 +1,15 @@
 //! The forward sweep: the consistent start, then one step after another.
 
 mod adapt;
-mod closeness;
 mod continuation;
 mod drift;
 mod events;
 mod failure;
 mod given_start;
 mod monitor;
-mod relax;
 mod restart;
 mod restarting;
 mod run;
-mod selection;
 mod start;
 mod step;
 mod stepper;

@@ -1,10 +1,9 @@
 //! When a motion is restarted (`event/restart/`), and with which multipliers.
 
-use super::closeness::{UNDETERMINED, closeness};
-use super::selection;
 use crate::forward::ForwardSweep;
 use crate::motion::{Event, Restart, column};
 use crate::number::{larger, largest};
+use crate::redundancy::UNDETERMINED;
 use crate::{Error, Settings, System};
 
 /// If |σ| exceeds this multiple of its largest range, σ is put in the middle of its range again.
@@ -27,14 +26,15 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
     // With a bound of 0.0 at every macro step, even if rounding happens to leave Φ = 0.
     let may_drift = settings.drift_bound < f64::INFINITY && system.m() > 0;
     let project = may_drift && drift(forward, system, node) >= settings.drift_bound;
-    let may_leave_out = selection::is_due(forward, node, steps);
+    let may_leave_out = forward.dependent(system).is_due(node, steps);
     if !(rebase || project || may_leave_out) {
         keep_end(forward, node);
         return Ok(());
     }
-    let closeness = closeness(forward, system, node);
+    let mut dependent = forward.dependent(system);
+    let closeness = dependent.closeness(node);
     let is_regular = closeness <= UNDETERMINED;
-    let leaves_out = may_leave_out && selection::choose(forward, system, node, settings, closeness)?;
+    let leaves_out = may_leave_out && dependent.choose(node, settings, closeness)?;
     if is_regular && (rebase || project || leaves_out) {
         let weights = weights(forward, node - forward.motion.first, settings);
         let restart = Restart { projects: project || leaves_out, before: forward.restarting.last_end.node, weights };

@@ -1,7 +1,6 @@
 //! [`Restarting`]: the state of the restarts so far, for the next one (`forward/restart.rs`).
 
 use crate::node::Point;
-use crate::redundancy::Circuits;
 
 /// σ₋: the multipliers at the last end of a macro step, after a restart there.
 #[derive(Default)]
@@ -16,16 +15,10 @@ pub(crate) struct Restarting {
     pub(crate) most_range: f64,
     pub(crate) last_end: LastEnd,
     pub(super) point: Point,
-    pub(super) circuits: Circuits,
 }
 
 impl Restarting {
     pub(crate) fn new(n: usize, m: usize) -> Self {
-        Restarting {
-            most_range: 0.0,
-            last_end: LastEnd { node: 0, sigma: vec![0.0; m] },
-            point: Point::new(n, m),
-            circuits: Circuits::default(),
-        }
+        Restarting { most_range: 0.0, last_end: LastEnd { node: 0, sigma: vec![0.0; m] }, point: Point::new(n, m) }
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{ForwardSweep, restart, selection, start};
+use super::{ForwardSweep, restart, start};
 use crate::assembly::Assembler;
 use crate::motion::{Clock, Examiner, Report, Task, column};
 use crate::node::StepFailure;
@@ -34,7 +34,7 @@ impl ForwardSweep {
         self.motion.ahead.forget();
         self.motion.is_growing = false;
         self.monitor.most_turn = Warning::TURN;
-        self.monitor.forget_brakes();
+        self.dependence.forget_brakes();
         self.stepper.continuation.counted = 0;
         self.begin_again(system, settings)
     }
@@ -74,7 +74,7 @@ impl ForwardSweep {
     pub(crate) fn begin_again(&mut self, system: &System, settings: &Settings) -> Result<(), Error> {
         (self.motion.first, self.stepper.smooth_from, self.restarting.most_range) = (0, 0, 0.0);
         self.motion.events.clear();
-        self.restarting.circuits.forget();
+        self.dependence.forget_circuits();
         self.motion.ahead.again();
         self.motion.trajectory.computed = 0;
         self.motion.trajectory.restarted.clear();
@@ -136,15 +136,9 @@ impl ForwardSweep {
             self.watch.tell(Task::Simulation, node, self.motion.nodes())?;
         }
         if node == self.motion.nodes() {
-            selection::look_at_end(self, system, settings)?;
+            self.dependent(system).look_at_end(settings)?;
         }
         Ok(true)
-    }
-
-    /// Checks dependent constraints in the step that ends at a node.
-    pub(super) fn watch_dependent(&mut self, system: &System, node: usize) {
-        self.watch_brake(system, node);
-        selection::watch(self, system, node);
     }
 
     /// Halves a failed step if that may help; false if there is no memory for another node.

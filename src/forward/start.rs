@@ -1,6 +1,6 @@
 //! The consistent start: p*₀ from the given state, then v₀ and σ₀ from Eq. (1a) and (1c), with checks of the start.
 
-use super::{given_start, relax};
+use super::given_start;
 use crate::error::quoted;
 use crate::forward::ForwardSweep;
 use crate::motion::{column, column_mut};
@@ -58,7 +58,7 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
     if forward.stepper.newton.linearisation.has_negative_mass(system) {
         note_negative_mass(forward, system, &q);
     }
-    relax::weigh(forward, system);
+    forward.dependent(system).weigh();
     let solved = forward.solve_node(system, 0, 0.0, settings);
     solved.map_err(|failure| forward.explain(system, 0, failure))?;
     // K(0) does not contain derivatives of forces, with which the first step begins.
@@ -130,10 +130,10 @@ fn worst(values: &[f64], tolerance: f64) -> Option<(usize, f64)> {
 
 /// Factors K(0) = [M Φ_qᵀ; Φ_q 0]; dependent loops get a compliance, other breakdowns are explained.
 fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Result<(), Error> {
-    if relax::relax_again(forward, system, q) {
+    if forward.dependent(system).relax_again(q) {
         return Ok(());
     }
-    let result = forward.factor_start(system);
+    let result = forward.dependent(system).factor_start();
     if result.is_ok() && forward.monitor.report.worst_pivot > SUSPICIOUS {
         return Ok(());
     }
@@ -154,12 +154,14 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
     forward.monitor.report.worst_pivot = 1.0;
     // Nearly dependent constraints belong to a nearly singular configuration and are not changed.
     let may_depend = scaled.is_none() || explained.is_some();
-    if may_depend && relax::relax(forward, system, &at, scaled.as_ref()) {
+    if may_depend && forward.dependent(system).relax(&at, scaled.as_ref()) {
         return Ok(());
     }
     match (explained, result) {
         (Some(error), _) => Err(error),
-        (None, Ok(())) => forward.factor_start(system).map_err(|breakdown| system.singular_step(&breakdown, 0, time)),
+        (None, Ok(())) => {
+            forward.dependent(system).factor_start().map_err(|breakdown| system.singular_step(&breakdown, 0, time))
+        }
         (None, Err(breakdown)) => Err(system.singular_step(&breakdown, 0, time)),
     }
 }

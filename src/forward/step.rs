@@ -1,11 +1,10 @@
 //! The solution of one step, stage by stage.
 
 use super::ForwardSweep;
-use crate::linear::Breakdown;
 use crate::motion::{column, column_mut};
-use crate::node::{Predictor, StepFailure, Unknowns};
+use crate::node::{Predictor, StepFailure, Unknowns, warn_of_lost_digits};
 use crate::system::{Given, KnownPart};
-use crate::{Settings, System, Warning};
+use crate::{Settings, System};
 
 impl ForwardSweep {
     /// Solves all stages of the step that ends at a node.
@@ -106,29 +105,8 @@ impl ForwardSweep {
         Ok(())
     }
 
-    /// Keeps the worst warning of this kind; with compliances, digits are lost only in multipliers that move nothing.
-    #[inline]
     pub(crate) fn warn_of_lost_digits(&mut self, system: &System, node: usize, worst_before: f64) {
-        let is_new = self.monitor.report.worst_pivot < worst_before.min(Warning::LOST_DIGITS);
-        if is_new && self.motion.trajectory.compliance.is_empty() {
-            self.note_lost_digits(system, node);
-        }
-    }
-
-    #[cold]
-    fn note_lost_digits(&mut self, system: &System, node: usize) {
-        let unknown = system.unknown_name(self.stepper.newton.linearisation.worst_unknown(system));
-        let (step, time) = (self.motion.step_of_whole(node), self.motion.time(node));
-        self.monitor.report.replace(Warning::LostDigits { step, time, unknown, pivot: self.monitor.report.worst_pivot });
-    }
-
-    /// Factors K(0) at the given state, before any solve.
-    pub(crate) fn factor_start(&mut self, system: &System) -> Result<(), Breakdown> {
-        let from =
-            KnownPart { h: 0.0, q: &self.stepper.start_q, p_star: &self.stepper.start_p, sigma: &self.stepper.start_sigma };
-        let (u, design) = (self.motion.inputs.controls_at(0), self.motion.design.as_slice());
-        let given = Given { u, t: self.motion.trajectory.times[0], design };
-        let (v, sigma) = (column(&self.motion.trajectory.v, 0), column(&self.motion.trajectory.sigma, 0));
-        self.stepper.newton.linearisation.factor_at(system, &from, given, (v, sigma), &mut self.monitor.report)
+        let (linearisation, report) = (&self.stepper.newton.linearisation, &mut self.monitor.report);
+        warn_of_lost_digits(system, &self.motion, linearisation, report, (node, worst_before));
     }
 }

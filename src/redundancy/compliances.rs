@@ -10,7 +10,7 @@
 //!
 //! The adjoint row ∂σ becomes Φ_q c + (dΦ/dt)_q d + J_σ − μ (e − e₊) = 0. The μ are constants of a motion, so its gradient is exact for them. They
 //! are at most 1e-10 of a joint's own flexibility and have no other visible effect as long as positions drift alike; otherwise see
-//! `forward/selection.rs`. Scenes with independent constraints have no compliances.
+//! `redundancy/selection.rs`. Scenes with independent constraints have no compliances.
 
 use crate::motion::Compliances;
 use crate::node::Linearisation;

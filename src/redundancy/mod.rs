@@ -2,13 +2,14 @@
 
 mod breaking;
 mod circuits;
+mod closeness;
 mod compliances;
+mod dependent;
 mod rank;
+mod relax;
+mod selection;
 
-pub(crate) use breaking::designs;
-pub(crate) use circuits::{Circuits, left_out};
-pub(crate) use compliances::{
-    COMPLIANCE, CONTRADICTION, Relaxed, apparent_masses, compliances, flexibilities, masses, of_loops, refuse_gaps,
-    root_flexibility, softest,
-};
+pub(crate) use closeness::UNDETERMINED;
+pub(crate) use compliances::{COMPLIANCE, apparent_masses, compliances, flexibilities, masses};
+pub(crate) use dependent::{Dependence, Dependent};
 pub(crate) use rank::{RANK, Scaled, can_be_met, is_singular, mass_matrix, near_singular, null_space};
