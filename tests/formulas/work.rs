@@ -260,7 +260,7 @@ fn the_memory_of_a_node_grows_linearly() {
     }
     let chain = |settings| bytes(structures::chain(3), settings);
     assert_eq!(chain(Settings { keep_adjoint: true, ..plain }) - chain(plain), 8 * (10 * 12 + 3 * 8));
-    assert_eq!(chain(Settings { rebase_every: 9, ..plain }) - chain(plain), 16 * (3 * 12 + 3 * 8 + 3 * 15 + 5));
+    assert_eq!(chain(Settings { rebase_every: 9, ..plain }) - chain(plain), 16 * (3 * 12 + 3 * 8 + 3 * 15 + 6));
 }
 
 /// The corrections of 100 steps of a hanging chain that is pulled at its upper end.
