@@ -15,6 +15,8 @@ mod pairs;
 mod pantograph;
 #[path = "../../tests/scenes/ready_parts.rs"]
 mod ready_parts;
+#[path = "../../tests/scenes/relative.rs"]
+mod relative;
 #[path = "../../tests/scenes/seven_bodies.rs"]
 #[allow(dead_code)]
 mod seven_bodies;
@@ -144,6 +146,25 @@ fn compile(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Formulas of lists and of fixed lengths: compiling them, and 100 steps.
+fn lists(criterion: &mut Criterion) {
+    let mut group = group(criterion, "formulas of many coordinates");
+    let rows: [(&str, fn() -> Scene); 4] = [
+        ("arm of 7 joints, by lists", || relative::arm(true)),
+        ("arm of 7 joints, by a fixed length", || relative::arm(false)),
+        ("tree of 30 bodies as one list", || relative::tree(30, true)),
+        ("tree of 30 bodies, each a list", || relative::tree(30, false)),
+    ];
+    for (name, scene) in rows {
+        let name = mark(name, true);
+        group.bench_function(criterion::BenchmarkId::new("compile", &name), |bencher| {
+            bencher.iter_with_large_drop(|| scene().compile())
+        });
+        Row::new(scene(), 100, 0.005, 1.0).both(&mut group, "value + gradient", &name);
+    }
+    group.finish();
+}
+
 criterion_group!(
     all,
     links,
@@ -153,6 +174,7 @@ criterion_group!(
     pairs,
     structure,
     compile,
+    lists,
     newton::first_guess,
     newton::iterations,
     newton::half_steps,

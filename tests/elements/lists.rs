@@ -8,6 +8,8 @@ use hamiltonian_adjoint::{
 };
 use nalgebra::SVector;
 
+use crate::scenes::relative;
+
 const N: usize = 5;
 
 /// A chain of coupled pendulums; `branches` makes its force depend on a sign.
@@ -168,90 +170,25 @@ fn gradients_of_lists_are_those_of_complex_step_for_any_length() -> Result<(), E
     Ok(())
 }
 
-/// A tree of bodies in the plane, in relative angles: body i turns about the end of its parent.
-#[derive(Clone)]
-struct Tree {
-    parents: Vec<Option<usize>>,
-}
-
-impl Tree {
-    fn new(bodies: usize) -> Self {
-        Tree { parents: (0..bodies).map(|i| i.checked_sub(1).map(|i| i / 2)).collect() }
-    }
-
-    /// The bodies from the root to one of them.
-    fn path(&self, body: usize) -> Vec<usize> {
-        let mut path: Vec<usize> = std::iter::successors(Some(body), |&i| self.parents[i]).collect();
-        path.reverse();
-        path
-    }
-}
-
-/// ½ m |v|² + ½ I ω² of the last body of a path.
-fn energy_of_last<S: Scalar>(q: impl Iterator<Item = S>, v: impl Iterator<Item = S>, b: &[S]) -> S {
-    let (mut angle, mut rate, mut velocity, mut last) = (S::zero(), S::zero(), [S::zero(); 2], [S::zero(); 2]);
-    for (q, v) in q.zip(v) {
-        velocity = [velocity[0] + last[0], velocity[1] + last[1]];
-        (angle, rate) = (angle + q, rate + v);
-        let (sin, cos) = angle.sin_cos();
-        last = [-sin * rate, cos * rate];
-    }
-    let centre = [velocity[0] + last[0] * 0.5, velocity[1] + last[1] * 0.5];
-    (b[0] * (centre[0] * centre[0] + centre[1] * centre[1]) + b[1] * rate * rate) * 0.5
-}
-
-impl ListKineticEnergy for Tree {
-    fn kinetic_energy<S: Scalar>(&self, q: &[S], v: &[S], b: &[S]) -> S {
-        let of = |body: usize| {
-            let path = self.path(body);
-            energy_of_last(path.iter().map(|&i| q[i]), path.iter().map(|&i| v[i]), b)
-        };
-        (0..self.parents.len()).map(of).sum()
-    }
-}
-
-/// One body at the end of a path.
-struct Body;
-
-impl ListKineticEnergy for Body {
-    fn kinetic_energy<S: Scalar>(&self, q: &[S], v: &[S], b: &[S]) -> S {
-        energy_of_last(q.iter().copied(), v.iter().copied(), b)
-    }
-}
-
-/// V = Σ cos of the absolute angles would need paths as well; relative angles do.
-struct Springs;
-
-impl ListPotentialEnergy for Springs {
-    fn potential_energy<S: Scalar>(&self, q: &[S], b: &[S], _t: S) -> S {
-        q.iter().map(|q| (*q - 0.2).powi(2) * b[0]).sum()
-    }
-}
-
-fn tree(bodies: usize, is_one: bool) -> Result<System, Error> {
-    let (mut scene, tree) = (Scene::new(), Tree::new(bodies));
-    let q = coordinates(&mut scene, bodies, |i| 0.1 * (1.7 * i as f64).sin());
-    let b = [scene.design("mass", 1.3), scene.design("inertia", 0.1)].map(Param::from);
-    if is_one {
-        scene.list_kinetic_energy("T", tree, &q, &b);
-    } else {
-        for body in 0..bodies {
-            let path: Vec<_> = tree.path(body).into_iter().map(|i| q[i]).collect();
-            scene.list_kinetic_energy(&format!("T of {body}"), Body, &path, &b);
-        }
-    }
-    scene.list_potential_energy("V", Springs, &q, &[5.0.into()]);
-    let u = scene.control("u");
-    scene.list_cost("h", Chain { branches: false }, Sum::Integral, &q, &[], &[u], &[1.0.into()]);
-    scene.compile()
-}
-
 #[test]
 fn a_tree_of_bodies_as_one_energy_is_the_sum_of_its_bodies() -> Result<(), Error> {
-    let [one, many] = [true, false].map(|is_one| gradient_of(&tree(30, is_one).expect("a scene")));
+    let [one, many] = [true, false].map(|is_one| gradient_of(&relative::tree(30, is_one).compile().expect("a scene")));
     let (one, many) = (one?, many?);
     assert!((one.value - many.value).abs() < 1e-11 * one.value, "{} {}", one.value, many.value);
     assert!((&one.design - &many.design).norm() < 1e-9 * one.design.norm(), "{} {}", one.design, many.design);
+    Ok(())
+}
+
+#[test]
+fn a_spatial_arm_is_the_same_by_lists_and_by_a_fixed_length() -> Result<(), Error> {
+    let [lists, fixed] = [true, false].map(|by_lists| relative::arm(by_lists).compile().expect("a scene"));
+    let (found, same) = (gradient_of(&lists)?, gradient_of(&fixed)?);
+    assert_eq!((found.value, &found.controls, &found.start), (same.value, &same.controls, &same.start));
+    let some = [Input::Control { channel: 0, node: 3 }, Input::Control { channel: 6, node: 20 }, Input::Coordinate(2)];
+    for (input, expected) in some.iter().zip(complex_step(&lists, &inputs(&lists), Settings::default(), &some)?) {
+        let difference = (input.in_gradient(&found) - expected).abs();
+        assert!(difference < 1e-10 * expected.abs().max(1e-3), "{input:?}: {difference}");
+    }
     Ok(())
 }
 

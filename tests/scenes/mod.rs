@@ -11,6 +11,7 @@ pub mod pantograph;
 pub mod pieces;
 pub mod points;
 pub mod ready_parts;
+pub mod relative;
 pub mod resolved;
 pub mod seven_bodies;
 pub mod sled;
