@@ -183,9 +183,9 @@ impl Arm {
     /// m g z of all bodies; the vertical is carried from frame to frame.
     fn potential_energy<S: Scalar>(q: &[S], payload: S) -> S {
         let (mut up, mut height, mut energy) = (constant::<S>([0.0, 0.0, 1.0]), S::zero(), S::zero());
-        for i in 0..JOINTS {
+        for (i, angle) in q.iter().enumerate() {
             height += dot(up, constant(Self::origin(i)));
-            up = Self::turn(i, q[i], up);
+            up = Self::turn(i, *angle, up);
             let mass = if i + 1 == JOINTS { payload + Self::mass(i) } else { S::from(Self::mass(i)) };
             energy += mass * (height + dot(up, constant(Self::centre(i)))) * 9.81;
         }
@@ -223,11 +223,11 @@ pub fn arm(by_lists: bool) -> Scene {
     let q = coordinates(&mut scene, JOINTS);
     let payload: Param = scene.design("payload", 1.0).into();
     if by_lists {
-        scene.list_kinetic_energy("T", Arm, &q, &[payload.clone()]);
+        scene.list_kinetic_energy("T", Arm, &q, &[payload]);
         scene.list_potential_energy("V", Arm, &q, &[payload]);
     } else {
         let q: [_; JOINTS] = q.clone().try_into().expect("seven coordinates");
-        scene.kinetic_energy("T", Arm, q, [payload.clone()]);
+        scene.kinetic_energy("T", Arm, q, [payload]);
         scene.potential_energy("V", Arm, q, [payload]);
     }
     let torques: Vec<_> = (0..JOINTS).map(|i| scene.control(&format!("torque {i}"))).collect();
