@@ -2,11 +2,12 @@
 
 use crate::accelerations::AccelerationsOfCosts;
 use crate::motion::Compliances;
-use crate::system::{CostRows, Depends, NodeView, Weights};
+use crate::system::{CostPrograms, CostRows, Depends, NodeView, Weights};
 use crate::{Error, System};
 
 /// Quantities at a node that costs may need in addition to y and u.
 pub(super) struct CostNode {
+    pub(super) programs: CostPrograms,
     pub(super) accelerations: AccelerationsOfCosts,
     /// Empty if no cost needs it.
     pub(super) u_dot: Vec<f64>,
@@ -17,7 +18,7 @@ pub(super) struct CostNode {
 impl CostNode {
     pub(super) fn new(system: &System) -> Self {
         let u_dot = vec![0.0; if system.has_control_rates() { system.k() } else { 0 }];
-        CostNode { accelerations: AccelerationsOfCosts::default(), u_dot, aside: None }
+        CostNode { programs: CostPrograms::default(), accelerations: AccelerationsOfCosts::default(), u_dot, aside: None }
     }
 
     /// Begins another motion.
@@ -43,8 +44,10 @@ impl CostNode {
         if uses > Depends::Never {
             self.accelerations.find(system, uses, |accelerations| accelerations.evaluate(system, at, place))?;
         }
-        let here = self.view(at);
-        system.costs().gradient(&here, weights, rows);
+        let CostNode { programs, accelerations, u_dot, .. } = self;
+        let here = NodeView { u_dot, ..*at };
+        let here = accelerations.own.as_ref().map_or(here, |accelerations| accelerations.with(here));
+        system.costs().add(programs, (&here, None), weights, rows);
         if uses > Depends::Never && self.accelerations.missing.is_none() {
             self.check_aside(system, at, weights, rows)?;
         }
@@ -62,18 +65,14 @@ impl CostNode {
         weights: &Weights<f64>,
         rows: &mut CostRows,
     ) -> Result<(), Error> {
-        let CostNode { accelerations, u_dot, aside } = self;
+        let CostNode { programs, accelerations, u_dot, aside } = self;
         let Some(accelerations) = accelerations.own.as_mut().filter(|own| own.is_compliant()) else { return Ok(()) };
         let sizes = (system.n(), system.m(), system.k());
         let aside = aside.get_or_insert_with(|| Box::new(CostRows::new(sizes, system.parameters().len(), system.outputs())));
         aside.factors.copy_from(&rows.factors);
-        // The workspace of programs belongs to the current rows.
-        std::mem::swap(&mut aside.memory, &mut rows.memory);
         let at = NodeView { u_dot, ..*at };
-        let checked = accelerations.check_aside(system, &at, aside, |there, aside| {
-            system.costs().gradient(there, weights, aside);
-        });
-        std::mem::swap(&mut aside.memory, &mut rows.memory);
-        checked
+        accelerations.check_aside(system, &at, aside, |there, aside| {
+            system.costs().add(programs, (there, None), weights, aside);
+        })
     }
 }

@@ -34,14 +34,14 @@ impl AdjointSweep {
         let (scheme, last) = (&motion.trajectory.scheme, motion.nodes() - 1);
         let given = self.refinement.given_node(i);
         if let Some(before) = given.and_then(|given| given.checked_sub(1)) {
-            self.gradient.steps[before] += self.cost.step_before;
+            self.gradient.steps[before] += self.cost.steps[0];
         }
         if let Some(after) = given.and_then(|given| self.gradient.steps.get_mut(given)) {
-            *after += self.cost.step_after;
+            *after += self.cost.steps[1];
         }
         if system.has_integral() {
             let (begin, end) = (scheme.weight(0), scheme.weight(scheme.stages()));
-            for (step, by_length) in [(i, end * self.cost.integrand_before), (i + 1, begin * self.cost.integrand_after)] {
+            for (step, by_length) in [(i, end * self.cost.integrands[0]), (i + 1, begin * self.cost.integrands[1])] {
                 if (1..=last).contains(&step) {
                     self.refinement.add_step(step, by_length, &mut self.gradient.steps);
                 }
@@ -70,7 +70,7 @@ impl AdjointSweep {
     /// Adds the contribution of the costs of a stage to the derivative with respect to the length of the step.
     pub(super) fn add_length_of_stage(&mut self, motion: &Motion, (node, s): (usize, usize)) {
         let weight = motion.trajectory.scheme.weight(s);
-        self.refinement.add_step(node, weight * self.cost.integrand_before, &mut self.gradient.steps);
+        self.refinement.add_step(node, weight * self.cost.integrands[0], &mut self.gradient.steps);
     }
 
     pub(super) fn clear_cost(&mut self) {

@@ -160,7 +160,7 @@ impl AdjointSweep {
         let inputs = &motion.inputs;
         let state = [inputs.start.q().as_slice(), &self.zeros.v, &self.zeros.sigma];
         let at = NodeView::of_equations(state, (&self.u, 0.0, &motion.design));
-        system.fix_costs(&at, &mut self.cost.memory)?;
+        system.fix_costs(&at, 1, &mut self.cost_node.programs)?;
         self.refinement = motion.refinement();
         self.earlier.rows.fill(0.0);
         self.earlier.node = None;

@@ -223,7 +223,7 @@ pub trait ParameterFormula<const N: usize> {
 ///
 /// The nodes are those of the given grid, 0 … N, including those between the steps of a composed step. Nodes inserted by halved steps
 /// contribute only to [`Sum::Integral`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Sum {
     /// Σ h_i over i = 0 … N − 1, as in Eq. (5): without the last node, at which [`Sum::Terminal`] is evaluated.
     Plain,

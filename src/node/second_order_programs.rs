@@ -1,18 +1,18 @@
 //! [`SecondOrderPrograms`]: the programs for elements and costs in second-order sweeps.
 
 use super::evaluation::Evaluation;
-use crate::system::{CostRows, CostSecondOrder, Covector, NodeView, SecondOrderEquations, Sums};
+use crate::system::{CostPrograms, CostRows, Covector, NodeView, SecondOrderEquations, Sums};
 use crate::{Error, System};
 
 /// Compiled for the first product, and again after formulas have changed.
 #[derive(Default)]
 pub(crate) struct SecondOrderPrograms {
-    /// Fingerprints of the elements and of the costs.
-    fingerprint: Option<(u64, u64)>,
+    /// The fingerprint of the elements.
+    fingerprint: Option<u64>,
     /// The values of the parameters for which preludes were run.
     design: Vec<f64>,
     pub(crate) equations: SecondOrderEquations,
-    pub(crate) costs: Vec<Option<CostSecondOrder>>,
+    pub(crate) costs: CostPrograms,
 }
 
 impl SecondOrderPrograms {
@@ -21,13 +21,11 @@ impl SecondOrderPrograms {
     /// # Errors
     /// The quantities on which a cost depends have changed.
     pub(crate) fn prepare(&mut self, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) -> Result<(), Error> {
-        let of_costs = system.costs_now(at)?;
-        let fingerprint = evaluation.fingerprint().map(|of_elements| (of_elements, of_costs));
-        let elements = &evaluation.formulas(system).elements;
+        system.fix_costs(at, 2, &mut self.costs)?;
+        let (fingerprint, elements) = (evaluation.fingerprint(), &evaluation.formulas(system).elements);
         if fingerprint.is_none() || self.fingerprint != fingerprint {
-            let costs = system.costs().second_order(at);
-            let equations = SecondOrderEquations::new(system, elements);
-            *self = SecondOrderPrograms { fingerprint, design: vec![f64::NAN], equations, costs };
+            self.equations = SecondOrderEquations::new(system, elements);
+            (self.fingerprint, self.design) = (fingerprint, vec![f64::NAN]);
         }
         if self.design == at.design {
             return Ok(());
@@ -35,7 +33,6 @@ impl SecondOrderPrograms {
         self.design.clear();
         self.design.extend_from_slice(at.design);
         self.equations.fix(elements, at.design);
-        system.costs().fix_second_order(at.design, &mut self.costs);
         Ok(())
     }
 

@@ -1,6 +1,7 @@
 //! [`Lanes`]: a kernel for many elements with a common formula, evaluated side by side in chunks.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::kernel::Kernel;
 use super::places::Places;
@@ -21,7 +22,7 @@ struct Chunk {
 /// A kernel, and the places from which each element reads its inputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Lanes {
-    kernel: Kernel,
+    kernel: Arc<Kernel>,
     chunks: Vec<Chunk>,
     lanes: usize,
     /// The places of the inputs, for each chunk.
@@ -146,7 +147,7 @@ fn negative<const L: usize>(values: &[f64; L]) -> [f64; L] {
 
 impl Lanes {
     /// Prepares a kernel for a number of elements; `source` returns the place of input number `which` of an element in a point.
-    pub(crate) fn new(kernel: Kernel, elements: usize, source: impl Fn(usize, usize) -> usize) -> Self {
+    pub(crate) fn new(kernel: Arc<Kernel>, elements: usize, source: impl Fn(usize, usize) -> usize) -> Self {
         let (chunks, inputs) = (chunks(elements), kernel.inputs());
         let sources = chunks.iter().map(|chunk| chunk.places(inputs.len(), |element, k| source(element, inputs[k])));
         let (sources, lanes) = (sources.collect(), chunks.iter().map(|chunk| chunk.lanes).sum());
@@ -260,7 +261,7 @@ mod tests {
     /// Compares the results of every element with the formulas, at two points.
     fn run_stages(kernel: &Kernel, elements: usize) {
         let number = |k: usize| (0.7 * k as f64).sin();
-        let lanes = Lanes::new(kernel.clone(), elements, |element, which| 2 * element + which);
+        let lanes = Lanes::new(Arc::new(kernel.clone()), elements, |element, which| 2 * element + which);
         let mut registers = lanes.registers();
         lanes.fix(|element| vec![1.0 + number(element)], &mut registers);
         for round in 0..2 {

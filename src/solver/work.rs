@@ -27,7 +27,7 @@ impl Solver<'_> {
                 Sum::Integral => (all, all),
                 _ => (1 + last, all),
             };
-            let felt = if term.uses.accelerations == Depends::Never { 0 } else { places };
+            let felt = if term.uses.accelerations() == Depends::Never { 0 } else { places };
             (costs, accelerations) = (costs + places, accelerations + felt);
             if let Some(longest) = &mut ways[term.output] {
                 *longest = way.max(*longest);

@@ -141,7 +141,7 @@ impl System {
 
     /// The layout of the arguments of elements in a point.
     pub(super) fn layout(&self) -> Layout {
-        Layout { n: self.n, m: self.m, k: self.k }
+        Layout { n: self.n, m: self.m, k: self.k, p: self.parameters.len() }
     }
 
     /// The elements with their formulas on any numbers.

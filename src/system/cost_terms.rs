@@ -25,19 +25,19 @@ impl System {
     /// The name of an element or a cost that may depend explicitly on time.
     pub(crate) fn timed(&self) -> Option<&str> {
         let mut elements = self.formulas.elements.iter().filter(|element| element.formula.timed);
-        let mut terms = self.costs.terms().filter(|term| term.uses.time > Depends::Never);
+        let mut terms = self.costs.terms().filter(|term| term.uses.time() > Depends::Never);
         elements.next().map(|element| element.name.as_str()).or_else(|| terms.next().map(|term| term.name))
     }
 
     /// The name of a cost that depends on σ, p* or ṗ*, if there are constraints; costs that branch on values are not considered.
     pub(crate) fn cost_of_multipliers(&self) -> Option<&str> {
-        let mut terms = self.costs.terms().filter(|term| self.m > 0 && term.uses.multipliers == Depends::Always);
+        let mut terms = self.costs.terms().filter(|term| self.m > 0 && term.uses.multipliers() == Depends::Always);
         terms.next().map(|term| term.name)
     }
 
     /// The names of the costs that may read multipliers of these equations, and the equations whose multipliers they read.
     pub(crate) fn costs_of_multipliers(&self, equations: &[usize]) -> (Vec<&str>, Vec<usize>) {
-        let reads = |term: &Term, j: usize| term.uses.multipliers > Depends::Never && term.to.sigma.contains(&j);
+        let reads = |term: &Term, j: usize| term.uses.multipliers() > Depends::Never && term.to.sigma.contains(&j);
         let is_one = |term: &Term| equations.iter().any(|&j| reads(term, j));
         let costs = self.costs.terms().filter(is_one).map(|term| term.name).collect();
         let read = |j: &usize| self.costs.terms().any(|term| reads(&term, *j));
@@ -56,7 +56,7 @@ impl System {
 
     /// Whether any cost may depend on rates of controls, which couple nodes.
     pub(crate) fn has_control_rates(&self) -> bool {
-        self.terms.uses.control_rates > Depends::Never
+        self.terms.uses.control_rates() > Depends::Never
     }
 
     /// Adds all costs at one node, with their weights and factors, to J and to the outputs; outputs without a factor are skipped.
@@ -72,11 +72,11 @@ impl System {
 
     /// Whether the costs that are summed with these weights depend on v̇ or λ.
     pub(crate) fn use_of_accelerations<R: Real>(&self, weights: &Weights<R>, factors: &CostFactors) -> Depends {
-        if self.terms.uses.accelerations == Depends::Never {
+        if self.terms.uses.accelerations() == Depends::Never {
             return Depends::Never;
         }
         let has_value = |weight: R| (0..R::PARTS).any(|part| weight.part(part) != 0.0);
         let is_summed = |sum| weights.of(sum).is_some_and(|weight| has_value(weight) || sum.is_of_both_steps());
-        self.costs.uses_here(weights.node(), &is_summed, factors).accelerations
+        self.costs.uses_here(weights.node(), &is_summed, factors).accelerations()
     }
 }

@@ -1,16 +1,16 @@
 //! The plain formulas of elements and costs, evaluated on any number type.
 //!
-//! Real and dual numbers are represented by [`Slope`]s for elements, and dual numbers by hyper-dual numbers for costs, which other parts of the library need
-//! in any case. So every formula is compiled for fewer number types.
+//! Real and dual numbers are represented by [`Slope`]s for elements, and dual and hyper-dual numbers by [`Wide`] ones for costs, which other parts of the
+//! library need in any case. So every formula is compiled for fewer number types.
 
 use nalgebra::DMatrix;
 use num_dual::Dual64;
 
-use super::cost::{CostFactors, Costs, Weights};
+use super::cost::{CostFactors, Costs, PlacedCost, Weights};
 use super::formula::{
-    AnyCost, AnyElement, Batch, ElementKind, NodeValues, NodeView, OnNumbers, PlacedElement, Sums, Values,
+    AnyCost, AnyElement, Batch, ElementKind, NodeValues, NodeView, OnNumbers, PlacedElement, Sums, Values, Wide,
 };
-use crate::number::{Family, Hyper, Real, Slope, hyper, hyper_parts, slope, with_slope};
+use crate::number::{Family, Hyper, Real, Slope, slope, with_slope};
 use crate::program::Symbol;
 use crate::{Cx, Scalar, System};
 
@@ -21,7 +21,7 @@ enum Plain<Direct, Lifted> {
 }
 
 type OfElements<'a, R> = Plain<&'a dyn OnNumbers<R>, &'a dyn OnNumbers<Slope>>;
-type OfCosts<'a, R> = Plain<&'a dyn Values<R>, &'a dyn Values<Hyper>>;
+type OfCosts<'a, R> = Plain<&'a dyn Values<R>, &'a dyn Values<Wide<Slope>>>;
 
 struct OfElement<'a>(&'a dyn AnyElement);
 
@@ -57,7 +57,7 @@ impl<'a> Family for OfCost<'a> {
         Plain::Lifted(self.0)
     }
     fn hyper(self) -> OfCosts<'a, Hyper> {
-        Plain::Direct(self.0)
+        Plain::Lifted(self.0)
     }
 }
 
@@ -68,7 +68,7 @@ pub(super) fn add_costs<R: Real>(
     factors: &CostFactors,
     add: &mut dyn FnMut(usize, R),
 ) {
-    let mut lifted: Option<NodeValues<Hyper>> = None;
+    let mut lifted: Option<NodeValues<Wide<Slope>>> = None;
     for item in costs.items_here(weights.node(), factors.some()) {
         let factor = factors.of(item.output);
         let Some(weight) = weights.of(item.sum).filter(|_| factor != 0.0) else { continue };
@@ -76,26 +76,33 @@ pub(super) fn add_costs<R: Real>(
             continue;
         }
         let value = match R::of(OfCost(&*item.of.formula)) {
-            Plain::Direct(cost) => item.value(cost, at),
+            Plain::Direct(cost) => value(item, cost, at),
             Plain::Lifted(cost) => {
                 let point = lifted.get_or_insert_with(|| NodeValues::of_costs(at, lift));
-                lower(item.value(cost, &point.view()))
+                lower(value(item, cost, &point.view()))
             }
         };
         add(item.output, value * weight * factor);
     }
 }
 
-fn lift<R: Real>(x: R) -> Hyper {
-    hyper(x.part(0), if R::PARTS > 1 { x.part(1) } else { 0.0 }, 0.0, 0.0)
+/// The value of a cost.
+fn value<R: Scalar>(item: &PlacedCost, cost: &dyn Values<R>, at: &NodeView<R>) -> R {
+    let mut result = R::zero();
+    cost.values(&|slot| item.of.to.read(at, slot), &mut |value| result = value);
+    result
 }
 
-fn lower<R: Real>(x: Hyper) -> R {
-    let [re, eps, ..] = hyper_parts(&x);
-    let mut lowered = R::from(re);
-    if R::PARTS > 1 {
-        lowered.add_to_part(1, eps);
-    }
+fn lift<R: Real>(x: R) -> Wide<Slope> {
+    let [re, eps1, eps2, mixed] = std::array::from_fn(|part| if part < R::PARTS { x.part(part) } else { 0.0 });
+    let wide = Wide::from_re(with_slope(re, eps1));
+    if eps2 == 0.0 && mixed == 0.0 { wide } else { Wide { eps: wide.derivative(0).eps * with_slope(eps2, mixed), ..wide } }
+}
+
+fn lower<R: Real>(x: Wide<Slope>) -> R {
+    let [re, eps] = [x.re, x.eps.0.map_or(Slope::from(0.0), |eps| eps[0])];
+    let mut lowered = R::from(re.re);
+    [slope(&re), eps.re, slope(&eps)].into_iter().zip(1..R::PARTS).for_each(|(x, part)| lowered.add_to_part(part, x));
     lowered
 }
 

@@ -322,13 +322,13 @@ fn a_cost_is_called_by_dual_numbers_alone_and_where_it_counts() {
     for sum in [Sum::Terminal, Sum::Plain, Sum::Rectangle, Sum::Trapezoidal] {
         // A gradient asks once whether the formula is still the same.
         assert_eq!((growth(cost(sum)), sweep(cost(sum))), ((0, 0), 1));
-        // For the value, and for q, v, p*, its rate, v̇ and t, four at a time, at each node with a weight.
-        assert_eq!(growth_by_dual_numbers(cost(sum)), (0, if sum == Sum::Terminal { 0 } else { 3 * 20 }));
+        // For q, v, p*, its rate, v̇ and t, four at a time, at each node with a weight.
+        assert_eq!(growth_by_dual_numbers(cost(sum)), (0, if sum == Sum::Terminal { 0 } else { 2 * 20 }));
     }
     let bound = |s: &mut Bench, n| {
         s.scene.cost("e", Counted(Distance, n), Sum::Terminal, [s.x], [], [], [s.bound.into()]);
     };
-    assert_eq!(calls_of(&bound, 20, Scene::compile_without_programs).1, 1 + 3);
+    assert_eq!(calls_of(&bound, 20, Scene::compile_without_programs).1, 1 + 2);
 }
 
 /// Q = −q³; it keeps the size of the largest numbers that it is called with.

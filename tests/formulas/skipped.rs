@@ -252,6 +252,40 @@ fn quadratic_forms_of_many_arguments_are_what_dual_numbers_make_of_them() {
     }
 }
 
+/// ½ (x y + c p*_x − b)² + (dp*_y/dt + u̇ t) v_x.
+struct Near;
+
+impl Cost<2, 0, 1, 2> for Near {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 2, 0, 1>, b: &SVector<S, 2>) -> S {
+        let miss = at.q[0] * at.q[1] + b[1] * at.p_star[0] - b[0];
+        miss * miss * 0.5 + (at.p_star_dot[1] + at.u_dot[0] * at.t) * at.v[0]
+    }
+}
+
+/// Costs with one program are evaluated side by side if they are summed alike.
+#[test]
+fn like_costs_may_be_any_number_and_summed_in_any_way() {
+    let sums = [Sum::Trapezoidal, Sum::Integral, Sum::AllNodes, Sum::Node(7), Sum::Terminal];
+    for count in [1, 2, 5, 9, 14, 17, 30] {
+        for ways in [1, 5] {
+            let scene = || {
+                let (mut scene, q) = seven_masses();
+                let (u, b) = (scene.control("u"), scene.design("b", 0.4));
+                scene.potential_energy("traps", Traps, [q[0], q[1], q[2]], []);
+                scene.force("diagonal", Steps, [q[0], q[1]], [u], []);
+                for k in 0..count {
+                    let b = [b * (1.0 + 0.37 * k as f64), (0.11 * k as f64).into()];
+                    scene.cost(&format!("near {k}"), Near, sums[k % ways], [q[k % 7], q[(3 * k + 1) % 7]], [], [u], b);
+                }
+                scene
+            };
+            let name = format!("{count} costs summed in {ways} ways");
+            against_plain(&name, scene());
+            against_dual_numbers(&name, [scene(), scene()], 0.01);
+        }
+    }
+}
+
 /// Angles of points on an axis and on a diagonal, which step, and of which no derivative shows anything.
 struct Steps;
 

@@ -100,16 +100,13 @@ impl SecondOrderSweep {
         let at = NodeView { u_dot, v_dot: &x.v, lambda: &x.sigma, ..motion.at_stage(node, s) };
         let along =
             NodeView { u_dot: u_dot_change, v_dot: &x_change.v, lambda: &x_change.sigma, ..self.change.at_stage(node, s) };
-        system.costs().gradient_along(&mut self.programs.costs, (&at, &along), weights, &mut self.sweep.cost);
+        system.costs().add(&mut self.programs.costs, (&at, Some(&along)), weights, &mut self.sweep.cost);
         if system.has_control_rates() || is_felt {
-            let (first, memory) = (&mut self.first_rows, &mut self.sweep.cost.memory);
+            let first = &mut self.first_rows;
             first.clear();
             first.factors.copy_from(&self.sweep.cost.factors);
-            // The workspace of programs belongs to the sweep; without it costs would be evaluated by num-dual.
-            std::mem::swap(&mut first.memory, memory);
             let weights = weights.map(|weight| weight.re);
-            system.costs().gradient(&at, &weights, first);
-            std::mem::swap(&mut first.memory, memory);
+            system.costs().add(&mut self.sweep.cost_node.programs, (&at, None), &weights, first);
         }
         if let Some(accelerations) = self.accelerations.own.as_mut().filter(|_| is_felt) {
             // The workspace of first derivatives for costs on u̇ is preserved.
@@ -119,14 +116,14 @@ impl SecondOrderSweep {
             self.first_rows.u_dot = u_dot;
             done?;
         }
-        let (rows, programs) = (&mut self.sweep.cost, &mut self.programs.costs);
+        let rows = &mut self.sweep.cost;
         if rows.is_finite() {
             if system.has_control_rates() {
                 self.add_control_rates(step);
             }
             return Ok(());
         }
-        Err(system.bad_cost_along((&at, &along), (weights, programs), rows, motion.node_of_whole(node)))
+        Err(system.bad_cost_along((&at, Some(&along)), weights, rows, motion.node_of_whole(node)))
     }
 
     /// Computes v̇ and λ of a stage, and their changes; returns whether they are known.

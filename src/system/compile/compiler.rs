@@ -7,7 +7,7 @@ use super::structure;
 use crate::model::Param;
 use crate::number::{Fingerprint, take_look};
 use crate::system::compiled::System;
-use crate::system::cost::{CostMemory, Costs, Terms};
+use crate::system::cost::{CostPrograms, Costs, Terms};
 use crate::system::formula::{Batches, Element, ElementKind, Layout, NodeView, Positions, Recordings};
 use crate::system::tangent::Formulas;
 use crate::{Error, memory};
@@ -44,7 +44,7 @@ impl System {
         let partly_defined = partly_defined.map(|element| element.place).collect();
         let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
         let structure::Analysis { symbolic, sines, loop_equations } = analysis;
-        let formulas = Formulas::new(elements, Layout { n, m, k }, &symbolic);
+        let formulas = Formulas::new(elements, Layout { n, m, k, p: values.len() }, &symbolic);
         // The entries of K are numbered by `u32`.
         let entries = symbolic.values_len();
         let count = if u32::try_from(entries).is_ok() { entries } else { usize::MAX };
@@ -134,19 +134,13 @@ impl System {
     }
 
     /// Prepares the programs of the costs for the design variables of a motion and for the present formulas, which may have changed since the motion
-    /// was computed.
+    /// was computed; with two `orders` for changes along a direction.
     ///
     /// # Errors
     /// As [`costs_now`](Self::costs_now).
-    pub(crate) fn fix_costs(&self, at: &NodeView<f64>, memory: &mut CostMemory) -> Result<(), Error> {
+    pub(crate) fn fix_costs(&self, at: &NodeView<f64>, orders: usize, programs: &mut CostPrograms) -> Result<(), Error> {
         let now = self.costs_now(at)?;
-        if memory.fingerprint == Some(now) && memory.is_ready && memory.design == at.design {
-            return Ok(());
-        }
-        memory.design.clear();
-        memory.design.extend_from_slice(at.design);
-        memory.fingerprint = Some(now);
-        memory.is_ready = self.costs.fix(at, now != self.costs_compiled, memory);
+        programs.begin((self.layout(), self.costs.batches()), (at.design, orders), (now, now != self.costs_compiled));
         Ok(())
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::model::element::Sum;
 use crate::program::Obstacle;
-use crate::system::formula::{Connections, Slot};
+use crate::system::formula::{Connections, LISTS, Slot};
 
 /// Description of a cost without its formula.
 pub struct Term<'a> {
@@ -25,45 +25,46 @@ pub enum Depends {
     Always,
 }
 
-/// Quantities of a node, other than y and u, that costs need.
+/// Whether costs depend on each list of arguments.
 #[derive(Clone, Copy, Debug)]
-pub struct CostUse {
-    /// v̇ or λ.
-    pub accelerations: Depends,
-    /// u̇.
-    pub control_rates: Depends,
-    /// t.
-    pub time: Depends,
-    /// σ, or p* or ṗ*, which contain it.
-    pub multipliers: Depends,
-}
+pub struct CostUse([Depends; LISTS]);
 
 impl CostUse {
-    pub const NONE: Self = CostUse::all(Depends::Never);
-    pub const UNKNOWN: Self = CostUse::all(Depends::Perhaps);
+    pub const NONE: Self = CostUse([Depends::Never; LISTS]);
+    pub const UNKNOWN: Self = CostUse([Depends::Perhaps; LISTS]);
 
-    const fn all(depends: Depends) -> Self {
-        CostUse { accelerations: depends, control_rates: depends, time: depends, multipliers: depends }
-    }
-
-    /// The quantities needed by a cost that depends on these arguments.
+    /// The lists that contain these arguments.
     pub fn of(arguments: impl Iterator<Item = Slot>) -> Self {
-        arguments.fold(CostUse::NONE, |uses, of| match of {
-            Slot::VDot(_) | Slot::Lambda(_) => CostUse { accelerations: Depends::Always, ..uses },
-            Slot::UDot(_) => CostUse { control_rates: Depends::Always, ..uses },
-            Slot::T => CostUse { time: Depends::Always, ..uses },
-            Slot::Sigma(_) | Slot::PStar(_) | Slot::PStarDot(_) => CostUse { multipliers: Depends::Always, ..uses },
-            _ => uses,
-        })
+        let mut uses = CostUse::NONE;
+        arguments.for_each(|of| uses.0[of.place().0] = Depends::Always);
+        uses
     }
 
-    /// The quantities needed by either of two costs.
+    /// The lists needed by either of two costs.
     pub fn and(self, other: CostUse) -> Self {
-        CostUse {
-            accelerations: self.accelerations.max(other.accelerations),
-            control_rates: self.control_rates.max(other.control_rates),
-            time: self.time.max(other.time),
-            multipliers: self.multipliers.max(other.multipliers),
-        }
+        CostUse(std::array::from_fn(|list| self.0[list].max(other.0[list])))
+    }
+
+    fn any<const L: usize>(&self, lists: [fn(usize) -> Slot; L]) -> Depends {
+        lists.iter().fold(Depends::Never, |depends, of| depends.max(self.0[of(0).place().0]))
+    }
+
+    /// Whether v̇ or λ is needed.
+    pub fn accelerations(&self) -> Depends {
+        self.any([Slot::VDot, Slot::Lambda])
+    }
+
+    /// Whether u̇ is needed.
+    pub fn control_rates(&self) -> Depends {
+        self.any([Slot::UDot])
+    }
+
+    pub fn time(&self) -> Depends {
+        self.any([|_| Slot::T])
+    }
+
+    /// Whether σ, or p* or ṗ*, which contain it, is needed.
+    pub fn multipliers(&self) -> Depends {
+        self.any([Slot::Sigma, Slot::PStar, Slot::PStarDot])
     }
 }

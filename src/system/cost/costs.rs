@@ -1,31 +1,40 @@
 //! [`Costs`]: all costs of a scene, indexed by the nodes at which they are evaluated.
 
-use num_dual::Dual64;
+use std::collections::HashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 use super::cost_factors::CostFactors;
-use super::cost_formula::CostMemory;
-use super::cost_program::CostPrograms;
-use super::cost_second_order::CostSecondOrder;
+use super::cost_programs::CostPrograms;
 use super::cost_use::{CostUse, Term};
-use super::placed_cost::PlacedCost;
+use super::placed_cost::{PlacedCost, Recorded};
 use super::rows::CostRows;
-use super::suspect::Suspect;
 use super::weights::Weights;
 use crate::model::Param;
 use crate::model::element::Sum;
-use crate::number::Fingerprint;
-use crate::system::formula::NodeView;
+use crate::number::{Fingerprint, Real};
+use crate::system::formula::{Argument, NodeView};
 
 /// All costs of a scene.
 #[derive(Clone, Default)]
 pub struct Costs {
     items: Vec<PlacedCost>,
-    /// Costs that may be evaluated at any node, sorted by output, so that only the requested outputs are visited.
+    /// Like costs: those with the same program, output and way of summing, which are evaluated side by side.
+    batches: Vec<Vec<usize>>,
+    /// Batches that may be evaluated at any node, sorted by output, so that only the requested outputs are visited.
     anywhere: Vec<(usize, usize)>,
-    /// Costs that are evaluated at a single node, sorted by node and output, so that each node visits only its own, even if there are many.
+    /// Batches that are evaluated at a single node, sorted by node and output, so that each node visits only its own, even if there are many.
     at_node: Vec<((usize, usize), usize)>,
 }
+
+/// A formula that is not finite, and the arguments that cause it.
+pub struct Suspect<'a> {
+    pub element: &'a str,
+    pub arguments: Vec<Argument>,
+}
+
+/// A state, and a direction along which changes are computed.
+pub type Along<'a> = (&'a NodeView<'a, f64>, Option<&'a NodeView<'a, f64>>);
 
 impl Costs {
     pub fn push(&mut self, item: PlacedCost) {
@@ -33,17 +42,30 @@ impl Costs {
     }
 
     fn arrange(&mut self) {
+        let mut known = HashMap::new();
         for (index, item) in self.items.iter().enumerate() {
-            match item.sum {
-                Sum::Node(node) => self.at_node.push(((node, item.output), index)),
-                _ => self.anywhere.push((item.output, index)),
+            let next = self.batches.len();
+            let like = item.formula.as_ref().map(|formula| (item.output, item.sum, Arc::as_ptr(formula)));
+            let batch = like.map_or(next, |like| *known.entry(like).or_insert(next));
+            if batch == next {
+                self.batches.push(Vec::new());
+                match item.sum {
+                    Sum::Node(node) => self.at_node.push(((node, item.output), batch)),
+                    _ => self.anywhere.push((item.output, batch)),
+                }
             }
+            self.batches[batch].push(index);
         }
         self.anywhere.sort_unstable();
         self.at_node.sort_unstable();
     }
 
-    /// The indices of the costs that may be evaluated at a given node (or between given nodes, for `None`) for some of the outputs.
+    /// The number of batches of like costs.
+    pub fn batches(&self) -> usize {
+        self.batches.len()
+    }
+
+    /// The indices of the batches that may be evaluated at a given node (or between given nodes, for `None`) for some of the outputs.
     fn here(&self, node: Option<usize>, outputs: Range<usize>) -> impl Iterator<Item = usize> + '_ {
         let at_node = node.map_or(&[][..], |node| among(&self.at_node, (node, outputs.start)..(node, outputs.end)));
         let anywhere = among(&self.anywhere, outputs).iter().map(|(_, index)| *index);
@@ -61,7 +83,7 @@ impl Costs {
         node: Option<usize>,
         outputs: Range<usize>,
     ) -> impl Iterator<Item = &PlacedCost> {
-        self.here(node, outputs).map(|index| &self.items[index])
+        self.here(node, outputs).flat_map(|batch| &self.batches[batch]).map(|&index| &self.items[index])
     }
 
     /// Replaces the parameters of all costs by means of `resolve`.
@@ -69,23 +91,11 @@ impl Costs {
         self.items.iter_mut().flat_map(|item| &mut item.of.to.b).for_each(|b| *b = resolve(*b));
     }
 
-    /// Sorts and records all costs, and compiles their programs unless programs are disabled.
+    /// Records and sorts all costs, and compiles their programs unless programs are disabled.
     pub fn prepare(&mut self, at: &NodeView<f64>, without_programs: bool) {
+        let mut known = (!without_programs).then(Recorded::default);
+        self.items.iter_mut().for_each(|item| item.prepare(at, known.as_mut()));
         self.arrange();
-        let mut programs = (!without_programs).then(CostPrograms::default);
-        self.items.iter_mut().fold(0, |offset, item| item.prepare(at, programs.as_mut(), offset));
-    }
-
-    /// Sets the design variables and, if formulas have `changed`, records them again. Returns whether the programs of all costs still apply.
-    pub fn fix(&self, at: &NodeView<f64>, changed: bool, memory: &mut CostMemory) -> bool {
-        let programs = self.items.iter().filter_map(|item| Some((item, item.formula.as_ref()?)));
-        let broken = programs.filter(|(item, formula)| {
-            let now = changed.then(|| item.of.record(at).ok()).flatten();
-            let constants: Vec<f64> = item.of.to.constants(at.design).collect();
-            changed && now.is_none() || !formula.fix(&constants, now.as_ref(), memory)
-        });
-        // Visits all costs, even after one whose program fails, so that the others receive their constants.
-        broken.count() == 0
     }
 
     /// Adds the formulas of all recorded costs to a fingerprint.
@@ -112,59 +122,39 @@ impl Costs {
         summed.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
     }
 
-    /// Adds values and derivatives.
-    pub fn gradient(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) {
-        self.items_here(weights.node(), rows.factors.some()).for_each(|item| item.gradient(at, weights, rows));
-    }
-
-    /// The programs for second derivatives of all costs that can be recorded.
-    pub fn second_order(&self, at: &NodeView<f64>) -> Vec<Option<CostSecondOrder>> {
-        self.items.iter().map(|item| item.second_order(at)).collect()
-    }
-
-    /// Sets the design variables in these programs.
-    pub fn fix_second_order(&self, design: &[f64], programs: &mut [Option<CostSecondOrder>]) {
-        for (item, program) in self.items.iter().zip(programs) {
-            program.iter_mut().for_each(|program| program.fix(item.of.to.constants(design)));
+    /// Adds values and derivatives; with the weights of a direction, their changes along it.
+    pub fn add<R: Real>(&self, programs: &mut CostPrograms, (at, along): Along, weights: &Weights<R>, rows: &mut CostRows) {
+        let mut is_loaded = false;
+        for which in self.here(weights.node(), rows.factors.some()) {
+            let batch = &self.batches[which];
+            let like = &self.items[batch[0]];
+            let Some(weight) = like.weight(weights, &rows.factors) else { continue };
+            if programs.prepare((which, batch), &self.items, at) || !is_loaded {
+                programs.load(at, along);
+                is_loaded = true;
+            }
+            let Some((program, point)) = programs.of(which) else {
+                batch.iter().for_each(|&index| self.items[index].add((at, along), &weight, rows));
+                continue;
+            };
+            let mut values = [0.0; 2];
+            program.run(point, |(order, of), x| match of {
+                None => values[*order] += x,
+                Some((argument, factor)) => rows.add(*argument, weight.of[*order] * factor * x),
+            });
+            like.add_values(values, &weight, batch.len(), rows);
         }
     }
 
-    /// Adds the changes of values and derivatives along a direction of the arguments and of the weights, by means of these programs.
-    pub fn gradient_along(
-        &self,
-        programs: &mut [Option<CostSecondOrder>],
-        at: (&NodeView<f64>, &NodeView<f64>),
-        weights: &Weights<Dual64>,
-        rows: &mut CostRows,
-    ) {
-        let here = self.here(weights.node(), rows.factors.some());
-        here.for_each(|index| self.items[index].gradient_along(&mut programs[index], at, weights, rows));
-    }
-
-    /// The first cost whose value or derivatives are not finite; `rows` is overwritten.
-    pub fn find_not_finite(&self, at: &NodeView<f64>, weights: &Weights<f64>, rows: &mut CostRows) -> Option<Suspect<'_>> {
+    /// The first cost whose value or derivatives, or whose changes along a direction, are not finite; `rows` is overwritten.
+    pub fn find_not_finite<R: Real>(&self, of: Along, weights: &Weights<R>, rows: &mut CostRows) -> Option<Suspect<'_>> {
         let item = self.items.iter().find(|item| {
             rows.clear();
-            item.gradient(at, weights, rows);
-            item.clear_others(at, rows);
+            item.weight(weights, &rows.factors).into_iter().for_each(|weight| item.add(of, &weight, rows));
+            item.clear_others(of.0, rows);
             !rows.is_finite()
         })?;
-        Some(Suspect { element: &item.of.name, arguments: item.to_blame(at).unwrap_or_else(|| rows.bad_arguments()) })
-    }
-
-    /// The first cost whose derivatives along a direction are not finite; `rows` is overwritten.
-    pub fn find_not_finite_along(
-        &self,
-        programs: &mut [Option<CostSecondOrder>],
-        at: (&NodeView<f64>, &NodeView<f64>),
-        weights: &Weights<Dual64>,
-        rows: &mut CostRows,
-    ) -> Option<Suspect<'_>> {
-        let costs = self.items.iter().zip(programs).map(|(item, program)| (item.of.name.as_str(), (item, program)));
-        Suspect::first(costs, rows, |(item, program), rows| {
-            item.gradient_along(program, at, weights, rows);
-            item.clear_others(at.0, rows);
-        })
+        Some(Suspect { element: &item.of.name, arguments: item.to_blame(of.0).unwrap_or_else(|| rows.bad_arguments()) })
     }
 }
 
@@ -205,6 +195,21 @@ mod tests {
         let here = |node| costs.here(node, 0..1).collect::<Vec<usize>>();
         assert_eq!([Some(0), Some(900), Some(901), None].map(here), [vec![2, 5], vec![2, 5, 3], vec![2, 5], vec![2, 5]]);
         assert_eq!((here(Some(3)), here(Some(7))), (vec![2, 5, 1, 4], vec![2, 5, 0]));
+    }
+
+    #[test]
+    fn like_costs_are_evaluated_side_by_side_if_they_are_summed_alike() {
+        let sums = [(Sum::Node(3), 0), (Sum::Integral, 0), (Sum::Node(3), 0), (Sum::Integral, 1), (Sum::Integral, 0)];
+        let batches = |without_programs| {
+            let mut costs = Costs::default();
+            for (sum, output) in sums {
+                costs.push(PlacedCost::new(("", output), (Nothing, sum), Connections::default()));
+            }
+            costs.prepare(&NodeView::of_equations([&[]; 3], (&[], 0.0, &[])), without_programs);
+            costs.batches
+        };
+        assert_eq!(batches(false), [vec![0, 2], vec![1, 4], vec![3]]);
+        assert_eq!(batches(true), [[0], [1], [2], [3], [4]]);
     }
 
     #[test]

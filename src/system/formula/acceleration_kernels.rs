@@ -7,21 +7,20 @@
 //!   potential  f = −V_q               constraint  f = −Φ_qᵀ λ,   g = −D (dΦ/dt)
 //! ```
 
-use super::derivatives::{Derivatives, components, sum_of_products, without_zeros};
+use super::derivatives::{Derivatives, components, sum_of_products};
 use super::differentiated::{Component, Formula};
 use super::kind::ElementKind;
-use super::second_order_kernels::{constants, moving};
+use super::labelled::{Labelled, changes, gradient};
+use super::second_order_kernels::{bound_constants, tangents};
 use super::shape::{Shape, Slot};
-use crate::program::{Graph, Kernel, Node, Template};
+use crate::program::{Graph, Node, Template};
 
 /// Programs of one formula for f and g and for the derivatives of c·f + e·g.
 pub struct AccelerationKernels {
-    /// f and g at v̇ = 0 and λ = 0, and the component that each result belongs to: momenta for f, equations for g.
-    pub right: Kernel,
-    pub components: Vec<Component>,
+    /// f and g at v̇ = 0 and λ = 0, by component: momenta for f, equations for g.
+    pub right: Labelled<Component>,
     /// The derivatives of c·f + e·g.
-    pub rows: Kernel,
-    pub of: Vec<Slot>,
+    pub rows: Labelled<Slot>,
 }
 
 impl AccelerationKernels {
@@ -30,57 +29,49 @@ impl AccelerationKernels {
         let template = &formula.kernels.as_ref()?.template;
         let (mut graph, derivatives) = Derivatives::new(formula.kind, formula.shape, template);
         let right = equations(&mut graph, &derivatives, false);
-        let (components, right) = without_zeros(&graph, right);
-        let (of, slopes) = slopes(&mut graph, &derivatives, bound);
-        let (of, slopes) = without_zeros(&graph, of.into_iter().zip(slopes));
-        let mut kernel = |results: &[Node]| Kernel::new(&mut graph, template.parameters, results);
-        Some(AccelerationKernels { right: kernel(&right)?, components, rows: kernel(&slopes)?, of })
+        let rows = slopes(&mut graph, &derivatives, bound);
+        let right = Labelled::new(&mut graph, template.parameters, right)?;
+        Some(AccelerationKernels { right, rows: Labelled::new(&mut graph, template.parameters, rows)? })
     }
 }
 
-/// The program for the directional derivative of the gradient of c·f + e·g, along q, v, u, t and constants at fixed v̇ and λ, and the slot of each
-/// result.
+/// The program for the directional derivative of the gradient of c·f + e·g, along q, v, u, t and constants at fixed v̇ and λ.
 ///
-/// The direction of v is stored in the place of d, which does not occur in c·f + e·g; the other directions are stored as rates, next to v̇ and λ. The
-/// parameters are those of the formula, followed by the factors of the constants.
-pub fn rows_along(formula: &Formula, bound: &[bool]) -> Option<(Kernel, Vec<Slot>)> {
+/// The parameters are those of the formula, followed by the factors of the constants.
+pub fn rows_along(formula: &Formula, bound: &[bool]) -> Option<Labelled<Slot>> {
     let (template, shape) = (&formula.kernels.as_ref()?.template, formula.shape);
-    let (mut graph, of, changes) = changes_along(formula.kind, shape, template, bound);
-    Some((Kernel::new(&mut graph, template.parameters + shape.p, &changes)?, of))
+    let (mut graph, changes) = changes_along(formula.kind, shape, template, bound);
+    Labelled::new(&mut graph, template.parameters + shape.p, changes)
 }
 
 /// As [`rows_along`], but as nodes of a graph.
-pub fn changes_along(kind: ElementKind, shape: Shape, template: &Template, bound: &[bool]) -> (Graph, Vec<Slot>, Vec<Node>) {
+pub fn changes_along(kind: ElementKind, shape: Shape, template: &Template, bound: &[bool]) -> (Graph, Vec<(Slot, Node)>) {
     let (mut graph, derivatives) = Derivatives::new(kind, shape, template);
-    let (of, slopes) = slopes(&mut graph, &derivatives, bound);
+    let slopes = slopes(&mut graph, &derivatives, bound);
     let directions = directions(&mut graph, (shape, bound), template.parameters);
-    let changes = graph.forward(&slopes, &directions);
-    let (of, changes) = without_zeros(&graph, of.into_iter().zip(changes));
-    (graph, of, changes)
+    let changes = changes(&mut graph, slopes, &directions);
+    (graph, changes)
 }
 
-/// The program for the directional derivatives of f and g, with the arguments of [`rows_along`], and the component of each result.
-pub fn tangents(formula: &Formula, bound: &[bool]) -> Option<(Kernel, Vec<Component>)> {
+/// The program for the directional derivatives of f and g, with the arguments of [`rows_along`].
+pub fn equations_along(formula: &Formula, bound: &[bool]) -> Option<Labelled<Component>> {
     let (template, shape) = (&formula.kernels.as_ref()?.template, formula.shape);
     let (mut graph, derivatives) = Derivatives::new(formula.kind, shape, template);
     let directions = directions(&mut graph, (shape, bound), template.parameters);
-    let (components, nodes): (Vec<Component>, Vec<Node>) = equations(&mut graph, &derivatives, true).into_iter().unzip();
-    let changes = graph.forward(&nodes, &directions);
-    let (components, changes) = without_zeros(&graph, components.into_iter().zip(changes));
-    Some((Kernel::new(&mut graph, template.parameters + shape.p, &changes)?, components))
+    let equations = equations(&mut graph, &derivatives, true);
+    let changes = changes(&mut graph, equations, &directions);
+    Labelled::new(&mut graph, template.parameters + shape.p, changes)
 }
 
 /// The arguments that vary along a direction of q, v, u, t and constants, each with its rate.
 fn directions(graph: &mut Graph, (shape, bound): (Shape, &[bool]), parameters: usize) -> Vec<(Node, Node)> {
-    let mut all: Vec<(Node, Node)> = constants(graph, (shape, bound), parameters).into_iter().map(|(_, of)| of).collect();
-    all.extend((0..shape.n).map(|i| (graph.input(shape.v() + i), graph.input(shape.d() + i))));
-    let moved = (0..shape.n).chain((0..shape.k).map(|k| shape.u() + k)).chain([shape.t()]);
-    all.extend(moved.map(|which| moving(graph, shape, which)));
-    all
+    let state = (0..shape.n).map(Slot::V).chain((0..shape.n).map(Slot::Q));
+    let moved = bound_constants(bound).into_iter().chain(state).chain((0..shape.k).map(Slot::U)).chain([Slot::T]);
+    tangents(graph, (shape, parameters), &moved.collect::<Vec<Slot>>())
 }
 
-/// The derivatives of c·f + e·g, and the arguments that they belong to.
-fn slopes(graph: &mut Graph, derivatives: &Derivatives, bound: &[bool]) -> (Vec<Slot>, Vec<Node>) {
+/// The derivatives of c·f + e·g.
+fn slopes(graph: &mut Graph, derivatives: &Derivatives, bound: &[bool]) -> Vec<(Slot, Node)> {
     let shape = derivatives.shape;
     let all = equations(graph, derivatives, true);
     let weighted: Vec<(Node, Node)> = Vec::from_iter(all.into_iter().map(|(of, node)| match of {
@@ -88,20 +79,18 @@ fn slopes(graph: &mut Graph, derivatives: &Derivatives, bound: &[bool]) -> (Vec<
         Component::Equation(j) => (node, graph.input(shape.e() + j)),
     }));
     let state = (0..shape.n).map(Slot::Q).chain((0..shape.n).map(Slot::V));
-    let constants = (0..shape.p).filter(|&p| bound[p]).map(Slot::B);
-    let of: Vec<Slot> = state.chain((0..shape.k).map(Slot::U)).chain(constants).chain([Slot::T]).collect();
-    let arguments: Vec<Node> = of.iter().map(|slot| derivatives.shape.node(graph, *slot)).collect();
-    (of, graph.reverse(&weighted, &arguments))
+    let of: Vec<Slot> = state.chain((0..shape.k).map(Slot::U)).chain(bound_constants(bound)).chain([Slot::T]).collect();
+    gradient(graph, shape, &weighted, &of)
 }
 
 /// f and g, with the given v̇ and λ or with both set to zero.
 fn equations(graph: &mut Graph, derivatives: &Derivatives, with_accelerations: bool) -> Vec<(Component, Node)> {
     let Derivatives { kind, shape, l_v, force, phi_dot, phi_q, .. } = derivatives;
     let (n, one, zero, minus) = (shape.n, graph.constant(1.0), graph.constant(0.0), graph.constant(-1.0));
-    let mut along: Vec<(Node, Node)> = (0..n).map(|i| (graph.input(i), graph.input(shape.v() + i))).collect();
-    along.push((graph.input(shape.t()), one));
+    let mut along: Vec<(Node, Node)> = (0..n).map(|i| (graph.input(i), graph.input(shape.number(Slot::V(i))))).collect();
+    along.push((graph.input(shape.number(Slot::T)), one));
     if with_accelerations {
-        along.extend((0..n).map(|i| (graph.input(shape.v() + i), graph.input(shape.rates() + n + i))));
+        along.extend((0..n).map(|i| (graph.input(shape.number(Slot::V(i))), graph.input(shape.number(Slot::VDot(i))))));
     }
     match kind {
         ElementKind::Kinetic => {
@@ -115,7 +104,7 @@ fn equations(graph: &mut Graph, derivatives: &Derivatives, with_accelerations: b
             let g: Vec<Node> = rates.into_iter().map(|rate| graph.multiply(minus, rate)).collect();
             let equations = if with_accelerations { 0..shape.m } else { 0..0 };
             let reactions: Vec<Node> = Vec::from_iter(equations.map(|j| {
-                let lambda = graph.input(shape.rates() + 2 * n + j);
+                let lambda = graph.input(shape.number(Slot::Lambda(j)));
                 graph.multiply(minus, lambda)
             }));
             let column = |i: usize| (0..reactions.len()).map(|j| phi_q[j * n + i]).collect::<Vec<Node>>();

@@ -1,10 +1,8 @@
 //! Generalized forces Q(q, v, u, t) and their tangents Q_q, Q_v.
 
-use num_dual::DualSVec64;
-
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::on_numbers::{AnyElement, By, OnNumbers, Read, Values, parts, place};
+use super::on_numbers::{AnyElement, By, OnNumbers, Read, Values, gradient};
 use super::shape::Shape;
 use crate::Scalar;
 
@@ -45,36 +43,10 @@ impl<E: ForceFormula, const WIDTH: usize> AnyElement for Applied<E, WIDTH> {
     }
 
     fn blocks(&self, read: Read<f64>, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]) {
-        tangents::<WIDTH>(self, self.n, read, add, blocks);
-    }
-}
-
-/// Adds Q, and writes Q_v and Q_q by rows: first derivatives alone, and the only ones of forces that branch.
-fn tangents<const WIDTH: usize>(
-    formula: &dyn Values<DualSVec64<WIDTH>>,
-    n: usize,
-    read: Read<f64>,
-    add: &mut dyn FnMut(Component, f64),
-    blocks: &mut [f64],
-) {
-    blocks.fill(0.0);
-    for (which, by, first) in
-        (0..).zip([By::V, By::Q]).flat_map(|(which, by)| parts::<WIDTH>(n).map(move |i| (which, by, i)))
-    {
-        let block = &mut blocks[which * n * n..];
-        let seeded = |slot| {
-            let x = DualSVec64::from_re(read(slot));
-            place::<WIDTH>(slot, by, first).map_or(x, |k| x.derivative(k))
-        };
-        let mut rows = 0..;
-        formula.values(&seeded, &mut |force| {
-            let Some(row) = rows.next() else { return };
-            if (which, first) == (0, 0) {
-                add(Component::Force(row), force.re);
-            }
-            if let Some(slopes) = force.eps.0 {
-                (first..n).zip(&slopes).for_each(|(column, slope)| block[row * n + column] = *slope);
-            }
-        });
+        blocks.fill(0.0);
+        let (n, (by_v, by_q)) = (self.n, blocks.split_at_mut(self.n * self.n));
+        let mut add_force = |i, force| add(Component::Force(i), force);
+        gradient::<f64, WIDTH>(self, (By::V, n), read, &mut add_force, &mut |i, j, slope| by_v[i * n + j] = slope);
+        gradient::<f64, WIDTH>(self, (By::Q, n), read, &mut |_, _| (), &mut |i, j, slope| by_q[i * n + j] = slope);
     }
 }

@@ -1,7 +1,6 @@
 //! [`Connections`]: the arguments of a formula in the numbering of the scene.
 
-use super::argument::Argument;
-use super::shape::Slot;
+use super::shape::{Argument, Slot};
 use super::view::NodeView;
 use crate::Scalar;
 use crate::model::Param;
@@ -19,19 +18,21 @@ impl Connections {
     /// The value of an argument at a node; zero if the node lacks the list, which then no formula depends on.
     #[inline]
     pub fn read<R: Scalar>(&self, at: &NodeView<R>, slot: Slot) -> R {
-        let of = |list: &[R], place: usize| list.get(place).copied().unwrap_or(R::zero());
         match slot {
-            Slot::Q(i) => of(at.q, self.q[i]),
-            Slot::V(i) => of(at.v, self.q[i]),
-            Slot::PStar(i) => of(at.p_star, self.q[i]),
-            Slot::PStarDot(i) => of(at.p_star_dot, self.q[i]),
-            Slot::VDot(i) => of(at.v_dot, self.q[i]),
-            Slot::Sigma(j) => of(at.sigma, self.sigma[j]),
-            Slot::Lambda(j) => of(at.lambda, self.sigma[j]),
-            Slot::U(k) => of(at.u, self.u[k]),
-            Slot::UDot(k) => of(at.u_dot, self.u[k]),
             Slot::T => at.t,
             Slot::B(p) => self.b[p].value(at.design),
+            _ => at.list(slot.place().0).get(self.index(slot)).copied().unwrap_or(R::zero()),
+        }
+    }
+
+    /// The number in the scene of an argument that is no constant.
+    #[inline]
+    fn index(&self, slot: Slot) -> usize {
+        match slot {
+            Slot::Q(i) | Slot::V(i) | Slot::PStar(i) | Slot::PStarDot(i) | Slot::VDot(i) => self.q[i],
+            Slot::Lambda(j) | Slot::Sigma(j) => self.sigma[j],
+            Slot::U(k) | Slot::UDot(k) => self.u[k],
+            Slot::B(_) | Slot::T => 0,
         }
     }
 
@@ -46,23 +47,10 @@ impl Connections {
 
     /// The scene's argument for an argument of the formula, and the factor between the two: zero for a plain number.
     pub fn argument(&self, slot: Slot) -> (Argument, f64) {
-        let argument = match slot {
-            Slot::Q(i) => Argument::Coordinate(self.q[i]),
-            Slot::V(i) => Argument::Velocity(self.q[i]),
-            Slot::PStar(i) => Argument::Momentum(self.q[i]),
-            Slot::PStarDot(i) => Argument::Force(self.q[i]),
-            Slot::VDot(i) => Argument::Acceleration(self.q[i]),
-            Slot::Sigma(j) => Argument::Multiplier(self.sigma[j]),
-            Slot::Lambda(j) => Argument::Reaction(self.sigma[j]),
-            Slot::U(k) => Argument::Control(self.u[k]),
-            Slot::UDot(k) => Argument::ControlRate(self.u[k]),
-            Slot::T => Argument::Time,
-            Slot::B(p) => {
-                let of_design = |(place, factor)| (Argument::Design(place), factor);
-                return self.b[p].bound().map_or((Argument::Time, 0.0), of_design);
-            }
-        };
-        (argument, 1.0)
+        match slot {
+            Slot::B(p) => self.b[p].bound().map_or((Slot::T, 0.0), |(place, factor)| (Slot::B(place), factor)),
+            _ => (Slot::ALL[slot.place().0](self.index(slot)), 1.0),
+        }
     }
 
     /// Whether each constant is bound to a design variable.
@@ -70,8 +58,14 @@ impl Connections {
         Param::which_are_bound(&self.b)
     }
 
-    /// The values of the constants.
-    pub fn constants<'a>(&'a self, design: &'a [f64]) -> impl Iterator<Item = f64> + 'a {
-        self.b.iter().map(|b| b.value(design))
+    /// The values of the constants, followed by the numbers in the formula.
+    pub fn parameters(&self, design: &[f64], numbers: &[f64]) -> Vec<f64> {
+        self.b.iter().map(|b| b.value(design)).chain(numbers.iter().copied()).collect()
+    }
+
+    /// [`parameters`](Self::parameters), followed by the factor of each constant (its ratio to the parameter it is bound to).
+    pub fn with_factors(&self, design: &[f64], numbers: &[f64]) -> Vec<f64> {
+        let factors = self.b.iter().map(|b| b.bound().map_or(0.0, |(_, factor)| factor));
+        self.parameters(design, numbers).into_iter().chain(factors).collect()
     }
 }

@@ -3,7 +3,7 @@
 use super::on_numbers::{List, Read, Recordable, Values, Wide, with_lists};
 use super::shape::{Shape, Slot};
 use crate::model::element::{ListCost, ListPoint};
-use crate::number::Hyper;
+use crate::number::Slope;
 use crate::{Cx, Scalar};
 
 /// A cost of lists with given lengths.
@@ -35,13 +35,6 @@ impl<C: ListCost, S: Scalar> Values<S> for CostOfLists<C> {
 }
 
 /// A cost whose type is hidden.
-pub trait AnyCost: Values<Cx> + Values<Hyper> + Values<Wide<f64>> + Recordable {}
+pub trait AnyCost: Values<Cx> + Values<Wide<f64>> + Values<Wide<Slope>> + Recordable {}
 
-impl<C: Values<Cx> + Values<Hyper> + Values<Wide<f64>> + Recordable> AnyCost for C {}
-
-/// The single value of a formula.
-pub fn value<S: Scalar>(formula: &(impl Values<S> + ?Sized), read: Read<S>) -> S {
-    let mut result = S::zero();
-    formula.values(read, &mut |value| result = value);
-    result
-}
+impl<C: Values<Cx> + Values<Wide<f64>> + Values<Wide<Slope>> + Recordable> AnyCost for C {}

@@ -4,6 +4,8 @@ use super::block::{Block, BlockEntry};
 use super::difference::{Differences, Pairs};
 use super::differentiated::Component;
 use super::kind::ElementKind;
+use super::labelled::{gradient, without_zeros};
+use super::second_order_kernels::bound_constants;
 use super::shape::{Shape, Slot};
 use crate::program::{Graph, Node, Template};
 
@@ -48,7 +50,7 @@ impl Derivatives {
             entries: Vec::new(),
         };
         let q: Vec<Node> = (0..n).map(|i| graph.input(i)).collect();
-        let v: Vec<Node> = (0..n).map(|i| graph.input(shape.v() + i)).collect();
+        let v: Vec<Node> = (0..n).map(|i| graph.input(shape.number(Slot::V(i)))).collect();
         match kind {
             ElementKind::Kinetic => derivatives.kinetic(&mut graph, values[0], (&q, &v)),
             ElementKind::Potential => derivatives.potential(&mut graph, values[0], &q),
@@ -101,8 +103,8 @@ impl Derivatives {
     fn holonomic(&mut self, graph: &mut Graph, phi: &[Node], (q, v): (&[Node], &[Node])) {
         let (shape, one) = (self.shape, graph.constant(1.0));
         let (n, m) = (shape.n, shape.m);
-        let t = graph.input(shape.t());
-        let sigma: Vec<Node> = (0..m).map(|j| graph.input(shape.sigma() + j)).collect();
+        let t = graph.input(shape.number(Slot::T));
+        let sigma: Vec<Node> = (0..m).map(|j| graph.input(shape.number(Slot::Sigma(j)))).collect();
         for &phi in phi {
             let row = graph.reverse(&[(phi, one)], &[q, &[t]].concat());
             self.phi_q.extend(&row[..n]);
@@ -170,7 +172,7 @@ impl Derivatives {
         if self.kind == ElementKind::Holonomic {
             let zero = graph.constant(0.0);
             let bent: Vec<usize> = (0..shape.n).filter(|&i| !is_linear[i]).collect();
-            let v: Vec<Node> = bent.iter().map(|i| graph.input(shape.v() + i)).collect();
+            let v: Vec<Node> = bent.iter().map(|&i| graph.input(shape.number(Slot::V(i)))).collect();
             (0..shape.n).filter(|&i| is_linear[i]).for_each(|i| l_v[i] = zero);
             for (j, phi_dot) in phi_dot.iter_mut().enumerate() {
                 let row: Vec<Node> = bent.iter().map(|i| self.phi_q[j * shape.n + i]).collect();
@@ -189,27 +191,25 @@ impl Derivatives {
         let one = graph.constant(1.0);
         let columns: Vec<Vec<Node>> = (0..shape.k)
             .map(|k| {
-                let u = graph.input(shape.u() + k);
+                let u = graph.input(shape.number(Slot::U(k)));
                 graph.forward(&self.values, &[(u, one)])
             })
             .collect();
         (0..shape.n).flat_map(|i| columns.iter().map(move |column| column[i]).collect::<Vec<_>>()).collect()
     }
 
-    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to inputs that do not vanish, and their arguments.
+    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to inputs.
     pub(in crate::system) fn by_inputs(
         &self,
         graph: &mut Graph,
         (bound, timed, by_controls): (&[bool], bool, bool),
-    ) -> (Vec<Slot>, Vec<Node>) {
+    ) -> Vec<(Slot, Node)> {
         let controls = if by_controls { 0..self.shape.k } else { 0..0 };
         let mut of: Vec<Slot> = controls.map(Slot::U).collect();
-        of.extend((0..self.shape.p).filter(|&p| bound[p]).map(Slot::B));
+        of.extend(bound_constants(bound));
         of.extend(timed.then_some(Slot::T));
-        let arguments: Vec<Node> = of.iter().map(|of| self.shape.node(graph, *of)).collect();
-        let sum = self.weighted(graph);
-        let slopes = graph.reverse(&sum, &arguments);
-        without_zeros(graph, of.into_iter().zip(slopes))
+        let weighted = self.weighted(graph);
+        gradient(graph, self.shape, &weighted, &of)
     }
 
     /// The components of 𝓛_v, 𝓛_q + Q and dΦ/dt, paired with c, d and e.
@@ -224,9 +224,10 @@ impl Derivatives {
     /// ψ = c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate.
     pub(in crate::system) fn along(&self, graph: &mut Graph) -> [Node; 2] {
         let sum = self.weighted_sum(graph);
-        let moving = self.shape.moving().enumerate();
+        let shape = self.shape;
+        let moving = shape.states().into_iter().chain((0..shape.k).map(Slot::U)).chain([Slot::T]);
         let tangents: Vec<(Node, Node)> =
-            moving.map(|(k, which)| (graph.input(which), graph.input(self.shape.rates() + k))).collect();
+            moving.map(|slot| (graph.input(shape.number(slot)), graph.input(shape.rate(slot)))).collect();
         [sum, graph.forward(&[sum], &tangents)[0]]
     }
 
@@ -252,9 +253,4 @@ pub(in crate::system) fn components([l_v, force, phi_dot]: [&[Node]; 3]) -> Vec<
     let forces = (0..).map(Component::Force).zip(force);
     let equations = (0..).map(Component::Equation).zip(phi_dot);
     momenta.chain(forces).chain(equations).map(|(of, node)| (of, *node)).collect()
-}
-
-/// Removes the results that vanish; returns the labels and the nodes of the others.
-pub(in crate::system) fn without_zeros<T>(graph: &Graph, all: impl IntoIterator<Item = (T, Node)>) -> (Vec<T>, Vec<Node>) {
-    all.into_iter().filter(|(_, node)| !graph.is_zero(*node)).unzip()
 }

@@ -13,6 +13,7 @@ use super::block::{Block, BlockEntry};
 use super::derivatives::Derivatives;
 use super::difference::RelativeEntry;
 use super::kind::ElementKind;
+use super::labelled::Labelled;
 use super::shape::{Shape, Slot};
 use crate::program::{Expression, Function, Graph, Kernel, Node, Obstacle, Template};
 
@@ -49,9 +50,8 @@ pub struct Kernels {
     pub fixed: Kernel,
     /// 𝓛_v, 𝓛_q + Q, and Q_u by rows, for an element that is constant.
     pub at_zero: Kernel,
-    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to controls, constants and time, and the slot of each.
-    pub inputs: Kernel,
-    pub inputs_of: Vec<Slot>,
+    /// The derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to controls, constants and time.
+    pub inputs: Labelled<Slot>,
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate.
     pub along: Kernel,
 }
@@ -117,17 +117,14 @@ impl Formula {
 
     fn compile(kind: ElementKind, shape: Shape, template: Template, bound: &[bool]) -> Option<Self> {
         let (mut graph, derivatives) = Derivatives::new(kind, shape, &template);
-        let depends = template.depends(shape.sigma());
-        let (timed, parameters) = (depends[shape.t()], template.parameters);
-        let partly_defined = is_energy(kind) && graph.is_partly_defined(&derivatives.values, shape.u());
-        let is_control = |i: usize| (shape.u()..shape.t()).contains(&i);
+        let (timed, parameters) = (template.depends(shape.c())[shape.number(Slot::T)], template.parameters);
+        let partly_defined = is_energy(kind) && graph.is_partly_defined(&derivatives.values, 2 * shape.n);
         let controls = derivatives.by_controls(&mut graph);
         let linear_in_controls = controls.iter().all(|slope| graph.is_fixed(*slope));
         let all_fixed = derivatives.entries.iter().all(|(_, node)| graph.is_fixed(*node));
         let sums = [&derivatives.l_v, &derivatives.force, &derivatives.phi_dot].into_iter().flatten();
         let piecewise = graph.is_piecewise(sums.copied());
-        let is_free = !(0..depends.len()).any(is_control);
-        let constant = all_fixed && !timed && !piecewise && (linear_in_controls || is_free);
+        let constant = all_fixed && !timed && !piecewise && (linear_in_controls || shape.k == 0);
         let is_sum = kind == ElementKind::Holonomic && are_sinusoidal(&graph, &derivatives.values);
         let sinusoidal = is_sum && !timed && !constant;
 
@@ -142,10 +139,11 @@ impl Formula {
         let (components, first) = derivatives.without_linear_columns(&mut graph, &is_linear);
         let (components, negatives, first) = differences.components(&components, &first);
         let (fixed, fixed_nodes): (Vec<BlockEntry>, Vec<Node>) = fixed.into_iter().unzip();
-        let (inputs_of, by_inputs) = derivatives.by_inputs(&mut graph, (bound, timed, !constant));
+        let by_inputs = derivatives.by_inputs(&mut graph, (bound, timed, !constant));
         let along = derivatives.along(&mut graph);
         let at_zero: Vec<Node> = derivatives.l_v.iter().chain(&derivatives.force).chain(&controls).copied().collect();
         let state = Kernel::in_stages(&mut graph, parameters, &[&first, &second])?;
+        let inputs = Labelled::new(&mut graph, parameters, by_inputs)?;
         let mut kernel = |results: &[Node]| Kernel::new(&mut graph, parameters, results);
         let kernels = Kernels {
             state,
@@ -153,8 +151,7 @@ impl Formula {
             negatives,
             fixed: kernel(&fixed_nodes)?,
             at_zero: kernel(&at_zero)?,
-            inputs: kernel(&by_inputs)?,
-            inputs_of,
+            inputs,
             along: kernel(&along)?,
             template,
         };

@@ -48,12 +48,11 @@ impl Element {
 
     /// The values of the constants, followed by the numbers in the formula.
     pub fn parameters(&self, design: &[f64]) -> Vec<f64> {
-        self.to.constants(design).chain(self.numbers.iter().copied()).collect()
+        self.to.parameters(design, &self.numbers)
     }
 
     /// [`parameters`](Self::parameters), followed by the factor of each constant (its ratio to the parameter it is bound to).
     pub fn with_factors(&self, design: &[f64]) -> Vec<f64> {
-        let factors = self.to.b.iter().map(|b| b.bound().map_or(0.0, |(_, factor)| factor));
-        self.parameters(design).into_iter().chain(factors).collect()
+        self.to.with_factors(design, &self.numbers)
     }
 }

@@ -3,9 +3,12 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::connections::Connections;
 use super::differentiated::Formula;
 use super::element::Element;
+use super::labelled::Labelled;
 use super::layout::Layout;
+use super::shape::Shape;
 use crate::program::{Kernel, Lanes};
 
 /// The elements with a common formula.
@@ -43,13 +46,18 @@ impl<'a> Alike<'a> {
     }
 
     /// Prepares a program for these elements, evaluated side by side.
-    pub(in crate::system) fn lanes(&self, layout: &Layout, kernel: Kernel) -> Lanes {
-        let source = |e: usize, which: usize| layout.source(self.elements[e], self.formula.shape.place(which));
-        Lanes::new(kernel, self.elements.len(), source)
+    pub(in crate::system) fn lanes(&self, layout: &Layout, kernel: impl Into<Arc<Kernel>>) -> Lanes {
+        let to: Vec<&Connections> = self.elements.iter().map(|element| &element.to).collect();
+        lanes(layout, (self.formula.shape, &to), kernel.into())
     }
 }
 
-/// A program for the elements of one formula; each result is added to a destination of type `T`.
+/// Prepares a program for formulas of one shape with these connections, evaluated side by side.
+fn lanes(layout: &Layout, (shape, to): (Shape, &[&Connections]), kernel: Arc<Kernel>) -> Lanes {
+    Lanes::new(kernel, to.len(), |e, which| layout.source(to[e], shape.place(which)))
+}
+
+/// A program for the elements or costs of one formula; each result is added to a destination of type `T`.
 pub(in crate::system) struct ElementPrograms<T> {
     numbers: Vec<usize>,
     lanes: Lanes,
@@ -63,13 +71,33 @@ impl<T> ElementPrograms<T> {
     pub(in crate::system) fn new<R: Copy>(
         layout: &Layout,
         alike: &Alike,
-        (kernel, results): (Kernel, &[R]),
+        program: Labelled<R>,
         to: impl Fn(&Element, R) -> T,
     ) -> Option<Self> {
-        let of_all = |&of: &R| alike.elements.iter().map(|element| to(element, of)).collect::<Vec<T>>();
-        let (to, lanes) = (results.iter().flat_map(of_all).collect(), alike.lanes(layout, kernel));
-        let programs = ElementPrograms { numbers: alike.numbers.clone(), registers: lanes.registers(), lanes, to };
-        (!results.is_empty()).then_some(programs)
+        let (lanes, to) = (alike.lanes(layout, program.kernel), |e: usize, of| to(alike.elements[e], of));
+        (!program.of.is_empty()).then(|| ElementPrograms::of(alike.numbers.clone(), lanes, &program.of, to))
+    }
+
+    /// Creates the program of like costs; `to` returns the destination of a result of one of them.
+    pub(in crate::system) fn of_costs<R: Copy>(
+        layout: &Layout,
+        (shape, connections): (Shape, &[&Connections]),
+        program: &Labelled<R>,
+        to: impl Fn(&Connections, R) -> T,
+    ) -> Self {
+        let lanes = lanes(layout, (shape, connections), program.kernel.clone());
+        ElementPrograms::of((0..connections.len()).collect(), lanes, &program.of, |e, of| to(connections[e], of))
+    }
+
+    fn of<R: Copy>(numbers: Vec<usize>, lanes: Lanes, results: &[R], to: impl Fn(usize, R) -> T) -> Self {
+        let (count, to) = (numbers.len(), &to);
+        let to = results.iter().flat_map(|&of| (0..count).map(move |e| to(e, of))).collect();
+        ElementPrograms { registers: lanes.registers(), numbers, lanes, to }
+    }
+
+    /// The destination of result `k` of one of the elements.
+    pub(in crate::system) fn target(&self, e: usize, k: usize) -> &T {
+        &self.to[k * self.numbers.len() + e]
     }
 
     /// Runs the preludes with the parameters of every element.

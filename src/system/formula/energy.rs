@@ -31,8 +31,12 @@ impl<E: KineticFormula, S: Scalar, const WIDTH: usize> Values<S> for Kinetic<E, 
 
 impl<E: KineticFormula, R: Number, const WIDTH: usize> OnNumbers<R> for Kinetic<E, WIDTH> {
     fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
-        gradient::<R, WIDTH>(self, (By::V, self.n), read, &mut |i, slope| add(Component::Momentum(i), slope));
-        gradient::<R, WIDTH>(self, (By::Q, self.n), read, &mut |i, slope| add(Component::Force(i), slope));
+        gradient::<R, WIDTH>(self, (By::V, self.n), read, &mut |_, _| (), &mut |_, i, slope| {
+            add(Component::Momentum(i), slope)
+        });
+        gradient::<R, WIDTH>(self, (By::Q, self.n), read, &mut |_, _| (), &mut |_, i, slope| {
+            add(Component::Force(i), slope)
+        });
     }
 }
 
@@ -74,7 +78,9 @@ impl<E: PotentialFormula, S: Scalar, const WIDTH: usize> Values<S> for Potential
 
 impl<E: PotentialFormula, R: Number, const WIDTH: usize> OnNumbers<R> for Potential<E, WIDTH> {
     fn first(&self, read: Read<R>, add: &mut dyn FnMut(Component, R)) {
-        gradient::<R, WIDTH>(self, (By::Q, self.n), read, &mut |i, slope| add(Component::Force(i), -slope));
+        gradient::<R, WIDTH>(self, (By::Q, self.n), read, &mut |_, _| (), &mut |_, i, slope| {
+            add(Component::Force(i), -slope)
+        });
     }
 }
 

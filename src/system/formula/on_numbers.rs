@@ -78,21 +78,27 @@ pub fn parts<const WIDTH: usize>(len: usize) -> impl Iterator<Item = usize> {
     (0..len.max(1)).step_by(WIDTH.max(1))
 }
 
-/// The derivatives of a single value with respect to n coordinates or velocities.
+/// Each value of a formula, passed to `put_value` with its number, and its derivatives with respect to n coordinates or velocities.
 pub fn gradient<R: Number, const WIDTH: usize>(
     formula: &dyn Values<DualSVec<R, WIDTH>>,
     (by, n): (By, usize),
     read: Read<R>,
-    put: &mut dyn FnMut(usize, R),
+    put_value: &mut dyn FnMut(usize, R),
+    put: &mut dyn FnMut(usize, usize, R),
 ) {
     for first in parts::<WIDTH>(n) {
         let seeded = |slot| {
             let x = DualSVec::from_re(read(slot));
             place::<WIDTH>(slot, by, first).map_or(x, |k| x.derivative(k))
         };
+        let mut rows = 0..;
         formula.values(&seeded, &mut |value| {
+            let Some(row) = rows.next() else { return };
+            if first == 0 {
+                put_value(row, value.re);
+            }
             if let Some(slopes) = value.eps.0 {
-                (first..n).zip(&slopes).for_each(|(i, slope)| put(i, *slope));
+                (first..n).zip(&slopes).for_each(|(i, slope)| put(row, i, *slope));
             }
         });
     }

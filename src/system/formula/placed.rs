@@ -2,10 +2,9 @@
 
 use std::sync::Arc;
 
-use super::argument::{Argument, distinct};
 use super::connections::Connections;
 use super::on_numbers::{Read, Recordable};
-use super::shape::{Shape, Slot};
+use super::shape::{Argument, Shape, Slot, distinct};
 use super::view::NodeView;
 use crate::number::{Fingerprint, guarded};
 use crate::program::{Obstacle, Symbol, Template, record, record_branch};
@@ -64,15 +63,24 @@ impl<F: Recordable + ?Sized> Placed<F> {
 
     /// Whether a recorded formula depends on each argument that it may read.
     pub fn depends(&self, template: &Template) -> Vec<bool> {
-        let all = template.depends(self.shape.len());
+        let all = template.depends(self.shape.c());
         self.slots.iter().map(|slot| all[self.shape.number(*slot)]).collect()
     }
 
     /// The arguments of a derivative: those that the formula depends on, then the constants that are bound.
     pub fn variables(&self, depends: &[bool]) -> Vec<Slot> {
         let slots = self.slots.iter().zip(depends).filter(|(_, depends)| **depends).map(|(slot, _)| *slot);
-        let bound = (0..self.shape.p).filter(|&p| self.to.b[p].bound().is_some());
-        slots.chain(bound.map(Slot::B)).collect()
+        slots.chain(self.bound()).collect()
+    }
+
+    /// The constants that are bound to design variables.
+    fn bound(&self) -> impl Iterator<Item = Slot> {
+        (0..self.shape.p).filter(|&p| self.to.b[p].bound().is_some()).map(Slot::B)
+    }
+
+    /// The controls, time, and the constants that are bound.
+    pub fn inputs(&self) -> impl Iterator<Item = Slot> {
+        (0..self.shape.k).map(Slot::U).chain([Slot::T]).chain(self.bound())
     }
 
     /// Whether the formula depends on time, unless its graph says that it does not.

@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
-use super::argument::{Argument, distinct};
 use super::connections::Connections;
 use super::differentiated::{Component, Formula};
 use super::element::Element;
 use super::kind::{ElementKind, Number};
 use super::on_numbers::{AnyElement, OnNumbers, Values};
 use super::placed::Placed;
-use super::shape::Slot;
+use super::shape::{Argument, Slot, distinct};
 use super::vectors::{Covector, Entry, InputRows, Sums};
 use super::view::NodeView;
 use crate::Scalar;
@@ -98,7 +97,7 @@ impl PlacedElement {
                 // Every block has one column per coordinate; the first block of energies and forces belongs to the velocities.
                 let by_v = matches!(kind, ElementKind::Kinetic | ElementKind::Applied) && which < shape.n * shape.n;
                 let i = self.to.q[which % shape.n];
-                if by_v { Argument::Velocity(i) } else { Argument::Coordinate(i) }
+                if by_v { Slot::V(i) } else { Slot::Q(i) }
             })
             .collect();
         if arguments.is_empty() {
@@ -158,25 +157,13 @@ impl PlacedElement {
             self.differentiate(at, seed, &mut |_, slope| is_finite &= slope.is_finite());
             !is_finite
         };
-        let of_control = (0..self.to.u.len()).find(|&k| is_bad(Slot::U(k))).map(|k| Argument::Control(self.to.u[k]));
-        let bad_constants = || (0..self.to.b.len()).filter(|&p| is_bad(Slot::B(p)));
-        let of_design = || bad_constants().find_map(|p| self.to.b[p].bound()).map(|(p, _)| Argument::Design(p));
-        of_control.or_else(|| (self.is_timed() && is_bad(Slot::T)).then_some(Argument::Time)).or_else(of_design)
+        let mut inputs = self.inputs().filter(|slot| *slot != Slot::T || self.is_timed());
+        inputs.find(|slot| is_bad(*slot)).map(|slot| self.to.argument(slot).0)
     }
 
     /// Adds the derivatives with respect to u, design variables and time.
     pub fn pull_back_inputs(&self, at: &NodeView<f64>, with: &Covector, rows: &mut InputRows) {
-        *rows.evaluations += self.to.u.len() + 1;
-        for (k, &channel) in self.to.u.iter().enumerate() {
-            rows.u[channel] += self.directional(at, with, Slot::U(k));
-        }
-        *rows.time += self.directional(at, with, Slot::T);
-        for (p, b) in self.to.b.iter().enumerate() {
-            if let Some((design, factor)) = b.bound() {
-                *rows.evaluations += 1;
-                rows.design[design] += factor * self.directional(at, with, Slot::B(p));
-            }
-        }
+        self.inputs().for_each(|slot| rows.add(self.to.argument(slot), self.directional(at, with, slot)));
     }
 
     /// Whether the element's constraints depend on a design variable.
@@ -194,16 +181,8 @@ impl PlacedElement {
             self.differentiate_phi(at, seed, &mut |j, slope| sum += e[self.to.sigma[j]] * slope);
             sum
         };
-        if self.is_timed() {
-            *rows.evaluations += 1;
-            *rows.time += directional(Slot::T);
-        }
-        for (p, constant) in self.to.b.iter().enumerate() {
-            if let Some((design, factor)) = constant.bound() {
-                *rows.evaluations += 1;
-                rows.design[design] += factor * directional(Slot::B(p));
-            }
-        }
+        let inputs = self.inputs().filter(|slot| matches!(slot, Slot::B(_)) || *slot == Slot::T && self.is_timed());
+        inputs.for_each(|slot| rows.add(self.to.argument(slot), directional(slot)));
     }
 
     fn differentiate_phi(&self, at: &NodeView<f64>, seed: Slot, put: &mut dyn FnMut(usize, f64)) {

@@ -9,17 +9,16 @@
 //!
 //! Parts that do not need a program are left out: changes along controls of a constant element, and rows of the states of a sinusoidal element.
 
-use super::derivatives::{Derivatives, components, without_zeros};
+use super::derivatives::{Derivatives, components};
 use super::differentiated::{Component, Formula};
+use super::labelled::{Labelled, changes, gradient};
 use super::shape::{Shape, Slot};
-use crate::program::{Graph, Kernel, Node};
+use crate::program::{Graph, Node};
 
 /// Programs of one formula for second-order sweeps. Their parameters are those of the formula, followed by the factors of the constants.
 pub struct SecondOrderKernels {
-    pub changes: Kernel,
-    pub components: Vec<Component>,
-    pub rows: Kernel,
-    pub of: Vec<Slot>,
+    pub changes: Labelled<Component>,
+    pub rows: Labelled<Slot>,
 }
 
 impl SecondOrderKernels {
@@ -27,65 +26,55 @@ impl SecondOrderKernels {
     pub fn new(formula: &Formula, bound: &[bool]) -> Option<Self> {
         let (template, shape) = (&formula.kernels.as_ref()?.template, formula.shape);
         let (mut graph, derivatives) = Derivatives::new(formula.kind, shape, template);
-        let one = graph.constant(1.0);
-        let of_constants = constants(&mut graph, (shape, bound), template.parameters);
-        let controls = (0..shape.k).map(|k| (Slot::U(k), moving(&mut graph, shape, shape.u() + k)));
-        let mut of_inputs: Vec<(Slot, Tangent)> = Vec::from_iter(controls);
-        of_inputs.extend(of_constants.iter().copied());
-        if formula.timed {
-            of_inputs.push((Slot::T, moving(&mut graph, shape, shape.t())));
-        }
-        let tangents = |list: &[(Slot, Tangent)]| list.iter().map(|(_, tangent)| *tangent).collect::<Vec<Tangent>>();
+        let (of, states, constants) = ((shape, template.parameters), shape.states(), bound_constants(bound));
+        let controls = (0..shape.k).map(Slot::U);
+        let inputs: Vec<Slot> = controls.chain(constants.iter().copied()).chain(formula.timed.then_some(Slot::T)).collect();
 
-        let all = components([&derivatives.l_v, &derivatives.force, &derivatives.phi_dot]);
-        let (of, nodes): (Vec<_>, Vec<_>) = all.into_iter().unzip();
         let without_program = if formula.constant { shape.k } else { 0 };
-        let changes = graph.forward(&nodes, &tangents(&of_inputs[without_program..]));
-        let (components, changes) = without_zeros(&graph, of.into_iter().zip(changes));
+        let along = tangents(&mut graph, of, &inputs[without_program..]);
+        let all = components([&derivatives.l_v, &derivatives.force, &derivatives.phi_dot]);
+        let of_components = changes(&mut graph, all, &along);
 
-        let psi = derivatives.weighted_sum(&mut graph);
-        let state = states(shape);
-        let mut directions: Vec<Tangent> = state.iter().map(|&slot| moving(&mut graph, shape, shape.number(slot))).collect();
-        directions.extend(tangents(&of_inputs));
-        let along = graph.forward(&[psi], &directions)[0];
-        let inputs: Vec<Node> = of_inputs.iter().map(|(slot, _)| shape.node(&mut graph, *slot)).collect();
-        let by_inputs = graph.reverse(&[(along, one)], &inputs);
-        let along = if formula.sinusoidal { graph.forward(&[psi], &tangents(&of_constants))[0] } else { along };
-        let arguments: Vec<Node> = state.iter().map(|slot| shape.node(&mut graph, *slot)).collect();
-        let by_state = graph.reverse(&[(along, one)], &arguments);
-        let of = state.into_iter().chain(of_inputs.into_iter().map(|(slot, _)| slot));
-        let (of, rows) = without_zeros(&graph, of.zip([by_state, by_inputs].concat()));
-        let mut kernel = |results: &[Node]| Kernel::new(&mut graph, template.parameters + shape.p, results);
-        Some(SecondOrderKernels { changes: kernel(&changes)?, components, rows: kernel(&rows)?, of })
+        let (psi, one) = (derivatives.weighted_sum(&mut graph), graph.constant(1.0));
+        let change_along = |graph: &mut Graph, slots: &[Slot]| {
+            let along = tangents(graph, of, slots);
+            [(graph.forward(&[psi], &along)[0], one)]
+        };
+        let change = change_along(&mut graph, &[&states[..], &inputs].concat());
+        let by_inputs = gradient(&mut graph, shape, &change, &inputs);
+        let change = if formula.sinusoidal { change_along(&mut graph, &constants) } else { change };
+        let by_states = gradient(&mut graph, shape, &change, &states);
+        let (parameters, rows) = (template.parameters + shape.p, by_states.into_iter().chain(by_inputs));
+        let changes = Labelled::new(&mut graph, parameters, of_components)?;
+        Some(SecondOrderKernels { changes, rows: Labelled::new(&mut graph, parameters, rows)? })
     }
 }
 
-/// A node and its tangent.
-pub(in crate::system) type Tangent = (Node, Node);
+/// The constants that are design variables.
+pub(in crate::system) fn bound_constants(bound: &[bool]) -> Vec<Slot> {
+    (0..bound.len()).filter(|&p| bound[p]).map(Slot::B).collect()
+}
 
-/// An argument and its rate.
+/// Arguments with their rates; the rate of a constant is that of its design variable or expression, times the factor of the constant. These factors
+/// are parameters, after those of the formula.
 ///
 /// The initial time is fixed, so terms with a zero rate of t are dropped: a load may have an infinite slope there, such as √t at t = 0.
-pub(in crate::system) fn moving(graph: &mut Graph, shape: Shape, which: usize) -> Tangent {
-    let place = shape.moving().position(|moving| moving == which).unwrap_or_default();
-    let rate = graph.input(shape.rates() + place);
-    (graph.input(which), if which == shape.t() { graph.unless_zero(rate) } else { rate })
-}
-
-/// The bound constants with their rates: the rate of the design variable or expression, times the factor of the constant.
-pub(in crate::system) fn constants(
+pub(in crate::system) fn tangents(
     graph: &mut Graph,
-    (shape, bound): (Shape, &[bool]),
-    parameters: usize,
-) -> Vec<(Slot, Tangent)> {
-    let bound = (0..shape.p).filter(|&p| bound[p]);
-    Vec::from_iter(bound.map(|p| {
-        let (factor, rate) = (graph.parameter(parameters + p), graph.input(shape.constant_rates() + p));
-        (Slot::B(p), (graph.parameter(p), graph.multiply(factor, rate)))
-    }))
-}
-
-/// The slots of q, v and σ.
-fn states(shape: Shape) -> Vec<Slot> {
-    (0..shape.n).map(Slot::Q).chain((0..shape.n).map(Slot::V)).chain((0..shape.m).map(Slot::Sigma)).collect()
+    (shape, parameters): (Shape, usize),
+    slots: &[Slot],
+) -> Vec<(Node, Node)> {
+    let mut tangent = |&slot: &Slot| {
+        let rate = graph.input(shape.rate(slot));
+        let rate = match slot {
+            Slot::T => graph.unless_zero(rate),
+            Slot::B(p) => {
+                let factor = graph.parameter(parameters + p);
+                graph.multiply(factor, rate)
+            }
+            _ => rate,
+        };
+        (shape.node(graph, slot), rate)
+    };
+    slots.iter().map(&mut tangent).collect()
 }

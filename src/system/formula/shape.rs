@@ -2,22 +2,70 @@
 
 use crate::program::{Graph, Node};
 
-/// An argument of a formula, by its number within the element or the cost.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// An argument of a formula, by its number within the element or the cost, or [within the scene](Argument).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Slot {
     Q(usize),
     V(usize),
-    Sigma(usize),
-    U(usize),
-    T,
-    /// A constant.
-    B(usize),
-    // Of costs alone.
+    // Of costs alone, as u̇.
     PStar(usize),
     PStarDot(usize),
     VDot(usize),
     Lambda(usize),
+    Sigma(usize),
+    U(usize),
     UDot(usize),
+    /// A constant; in the scene, a design variable or an expression of design variables.
+    B(usize),
+    T,
+}
+
+/// An argument in the numbering of the scene.
+pub type Argument = Slot;
+
+/// The number of lists of arguments: one for each variant of [`Slot`], in their order.
+pub const LISTS: usize = 11;
+
+impl Slot {
+    /// The arguments of each list.
+    pub const ALL: [fn(usize) -> Slot; LISTS] = [
+        Slot::Q,
+        Slot::V,
+        Slot::PStar,
+        Slot::PStarDot,
+        Slot::VDot,
+        Slot::Lambda,
+        Slot::Sigma,
+        Slot::U,
+        Slot::UDot,
+        Slot::B,
+        |_| Slot::T,
+    ];
+
+    /// The number of its list, and its place there.
+    #[inline]
+    pub const fn place(self) -> (usize, usize) {
+        match self {
+            Slot::Q(i) => (0, i),
+            Slot::V(i) => (1, i),
+            Slot::PStar(i) => (2, i),
+            Slot::PStarDot(i) => (3, i),
+            Slot::VDot(i) => (4, i),
+            Slot::Lambda(j) => (5, j),
+            Slot::Sigma(j) => (6, j),
+            Slot::U(k) => (7, k),
+            Slot::UDot(k) => (8, k),
+            Slot::B(p) => (9, p),
+            Slot::T => (10, 0),
+        }
+    }
+}
+
+/// Removes duplicates.
+pub fn distinct(mut arguments: Vec<Argument>) -> Vec<Argument> {
+    arguments.sort_unstable();
+    arguments.dedup();
+    arguments
 }
 
 /// An argument of a program.
@@ -28,15 +76,15 @@ pub enum Place {
     C(usize),
     D(usize),
     E(usize),
-    /// The rate of an argument of an element.
+    /// The rate of an argument.
     Rate(Slot),
 }
 
-/// The numbers of coordinates, equations, controls and constants of an element or a cost.
+/// The numbers of coordinates, equations, controls and constants of an element, a cost, or a scene.
 ///
-/// The arguments are numbered in this order: q (n), v (n), u (k), t; then σ (m), and c (n), d (n), e (m) of the adjoint; then the rates of q, v, σ, u and t,
-/// and those of the constants (p); then the constants (p), and p*, ṗ*, v̇ (n each), λ (m) and u̇ (k).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// The arguments are numbered in this order: q, v, p*, ṗ*, v̇ (n each), λ, σ (m), u, u̇ (k), the constants (p), t; then c (n), d (n), e (m) of the adjoint;
+/// then the rates of all arguments, in the same order.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Shape {
     pub n: usize,
     pub m: usize,
@@ -45,20 +93,21 @@ pub struct Shape {
 }
 
 impl Shape {
-    pub const fn v(self) -> usize {
-        self.n
+    /// The lengths of the lists of arguments.
+    pub const fn lengths(self) -> [usize; LISTS] {
+        let Shape { n, m, k, p } = self;
+        [n, n, n, n, n, m, m, k, k, p, 1]
     }
-    pub const fn u(self) -> usize {
-        2 * self.n
+
+    /// The numbers of the first arguments of the lists.
+    const fn firsts(self) -> [usize; LISTS] {
+        let Shape { n, m, k, p } = self;
+        let (lambda, u) = (5 * n, 5 * n + 2 * m);
+        [0, n, 2 * n, 3 * n, 4 * n, lambda, lambda + m, u, u + k, u + 2 * k, u + 2 * k + p]
     }
-    pub const fn t(self) -> usize {
-        2 * self.n + self.k
-    }
-    pub const fn sigma(self) -> usize {
-        self.t() + 1
-    }
+
     pub const fn c(self) -> usize {
-        self.sigma() + self.m
+        5 * self.n + 2 * self.m + 2 * self.k + self.p + 1
     }
     pub const fn d(self) -> usize {
         self.c() + self.n
@@ -69,35 +118,20 @@ impl Shape {
     pub const fn rates(self) -> usize {
         self.e() + self.m
     }
-    pub const fn constant_rates(self) -> usize {
-        self.rates() + self.sigma() + self.m
-    }
-    const fn constants(self) -> usize {
-        self.constant_rates() + self.p
-    }
-    const fn of_costs(self) -> usize {
-        self.constants() + self.p
-    }
     /// The number of all arguments.
     pub const fn len(self) -> usize {
-        self.of_costs() + 3 * self.n + self.m + self.k
+        self.rates() + self.c()
     }
 
     /// The number of an argument of the formula itself.
-    pub const fn number(self, slot: Slot) -> usize {
-        match slot {
-            Slot::Q(i) => i,
-            Slot::V(i) => self.v() + i,
-            Slot::Sigma(j) => self.sigma() + j,
-            Slot::U(k) => self.u() + k,
-            Slot::T => self.t(),
-            Slot::B(p) => self.constants() + p,
-            Slot::PStar(i) => self.of_costs() + i,
-            Slot::PStarDot(i) => self.of_costs() + self.n + i,
-            Slot::VDot(i) => self.of_costs() + 2 * self.n + i,
-            Slot::Lambda(j) => self.of_costs() + 3 * self.n + j,
-            Slot::UDot(k) => self.of_costs() + 3 * self.n + self.m + k,
-        }
+    pub fn number(self, slot: Slot) -> usize {
+        let (list, i) = slot.place();
+        self.firsts()[list] + i
+    }
+
+    /// The number of the rate of an argument.
+    pub fn rate(self, slot: Slot) -> usize {
+        self.rates() + self.number(slot)
     }
 
     /// An argument of the formula itself as a node of its graph.
@@ -108,49 +142,40 @@ impl Shape {
         }
     }
 
-    /// The arguments that an element may read, without constants, in the order of their numbers.
-    pub fn of_element(self) -> impl Iterator<Item = Slot> {
-        let state = (0..self.n).map(Slot::Q).chain((0..self.n).map(Slot::V));
-        state.chain((0..self.k).map(Slot::U)).chain([Slot::T])
+    /// As [`node`](Self::node), for several arguments.
+    pub fn nodes(self, graph: &mut Graph, slots: &[Slot]) -> Vec<Node> {
+        slots.iter().map(|slot| self.node(graph, *slot)).collect()
+    }
+
+    /// All arguments of the formula itself, in the order of their numbers.
+    pub fn slots(self) -> impl Iterator<Item = Slot> {
+        Slot::ALL.into_iter().zip(self.lengths()).flat_map(|(of, len)| (0..len).map(of))
     }
 
     /// The arguments that a cost may read, without constants.
     pub fn of_cost(self) -> impl Iterator<Item = Slot> {
-        let lists = [Slot::Q, Slot::V, Slot::PStar, Slot::PStarDot, Slot::VDot].map(|of| (of as fn(usize) -> Slot, self.n));
-        let of_equations = [Slot::Sigma, Slot::Lambda].map(|of| (of as fn(usize) -> Slot, self.m));
-        let of_controls = [Slot::U, Slot::UDot].map(|of| (of as fn(usize) -> Slot, self.k));
-        let lists = lists.into_iter().chain(of_equations).chain(of_controls);
-        lists.flat_map(|(of, len)| (0..len).map(of)).chain([Slot::T])
+        self.slots().filter(|slot| !matches!(slot, Slot::B(_)))
     }
 
-    /// The arguments that have rates, in their order.
-    pub fn moving(self) -> impl Iterator<Item = usize> {
-        (0..self.u()).chain(self.sigma()..self.c()).chain(self.u()..self.sigma())
+    /// The arguments that an element may read, without constants.
+    pub fn of_element(self) -> impl Iterator<Item = Slot> {
+        self.slots().filter(|slot| matches!(slot, Slot::Q(_) | Slot::V(_) | Slot::U(_) | Slot::T))
+    }
+
+    /// q, v and σ.
+    pub fn states(self) -> Vec<Slot> {
+        self.slots().filter(|slot| matches!(slot, Slot::Q(_) | Slot::V(_) | Slot::Sigma(_))).collect()
     }
 
     /// The argument with a given number.
     pub fn place(self, which: usize) -> Place {
-        let (n, m, first) = (self.n, self.m, self.of_costs());
+        let slot = |number: usize| self.slots().nth(number).unwrap_or(Slot::T);
         match which {
-            i if i < self.v() => Place::Of(Slot::Q(i)),
-            i if i < self.u() => Place::Of(Slot::V(i - self.v())),
-            i if i < self.t() => Place::Of(Slot::U(i - self.u())),
-            i if i < self.sigma() => Place::Of(Slot::T),
-            i if i < self.c() => Place::Of(Slot::Sigma(i - self.sigma())),
+            i if i < self.c() => Place::Of(slot(i)),
             i if i < self.d() => Place::C(i - self.c()),
             i if i < self.e() => Place::D(i - self.d()),
             i if i < self.rates() => Place::E(i - self.e()),
-            i if i < self.constant_rates() => match self.moving().nth(i - self.rates()).map(|which| self.place(which)) {
-                Some(Place::Of(slot)) => Place::Rate(slot),
-                _ => Place::Rate(Slot::T),
-            },
-            i if i < self.constants() => Place::Rate(Slot::B(i - self.constant_rates())),
-            i if i < first => Place::Of(Slot::B(i - self.constants())),
-            i if i < first + n => Place::Of(Slot::PStar(i - first)),
-            i if i < first + 2 * n => Place::Of(Slot::PStarDot(i - first - n)),
-            i if i < first + 3 * n => Place::Of(Slot::VDot(i - first - 2 * n)),
-            i if i < first + 3 * n + m => Place::Of(Slot::Lambda(i - first - 3 * n)),
-            i => Place::Of(Slot::UDot(i - first - 3 * n - m)),
+            i => Place::Rate(slot(i - self.rates())),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Sums and adjoint quantities that elements contribute to.
 
 use super::kind::Number;
+use super::shape::Argument;
 use crate::number::{add, take};
 
 /// 𝓛_v (n), 𝓛_q + Q (n) and dΦ/dt (m) of all elements, one after the other.
@@ -124,6 +125,18 @@ pub struct InputRows<'a> {
     pub time: &'a mut f64,
     /// The number of derivatives evaluated so far.
     pub evaluations: &'a mut usize,
+}
+
+impl InputRows<'_> {
+    /// Adds a derivative with respect to an input, times the factor between the two.
+    pub fn add(&mut self, (input, factor): (Argument, f64), slope: f64) {
+        *self.evaluations += 1;
+        match input {
+            Argument::U(channel) => self.u[channel] += factor * slope,
+            Argument::B(p) => self.design[p] += factor * slope,
+            _ => *self.time += factor * slope,
+        }
+    }
 }
 
 /// Change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt of an element over a step.

@@ -34,6 +34,24 @@ impl<'a, R> NodeView<'a, R> {
         NodeView { p_star: &[], p_star_dot: &[], v_dot: &[], lambda: &[], u_dot: &[], ..self }
     }
 
+    /// The list of arguments with a given number: the lists of [`Slot`](super::shape::Slot), in their order.
+    #[inline]
+    pub fn list(&self, which: usize) -> &[R] {
+        match which {
+            0 => self.q,
+            1 => self.v,
+            2 => self.p_star,
+            3 => self.p_star_dot,
+            4 => self.v_dot,
+            5 => self.lambda,
+            6 => self.sigma,
+            7 => self.u,
+            8 => self.u_dot,
+            9 => self.design,
+            _ => std::slice::from_ref(&self.t),
+        }
+    }
+
     /// The same state with other controls and design variables.
     #[inline]
     pub fn with_inputs(self, (u, design): (&'a [R], &'a [R])) -> Self {

@@ -2,7 +2,7 @@
 
 use crate::error::quoted;
 use crate::program::Obstacle;
-use crate::system::cost::{CostRows, CostSecondOrder, Suspect, Weights};
+use crate::system::cost::{Along, CostRows, Suspect, Weights};
 use crate::system::formula::{Argument, Covector, NodeView, PlacedElement};
 use crate::{Error, System};
 use num_dual::Dual64;
@@ -31,25 +31,26 @@ impl System {
     /// The name of an argument.
     pub(in crate::system) fn argument_name(&self, argument: Argument) -> String {
         let nowhere = NodeView::of_equations([&[], &[], &[]], (&[], f64::NAN, &[]));
-        if argument == Argument::Time { "t".into() } else { self.describe(argument, &nowhere) }
+        if argument == Argument::T { "t".into() } else { self.describe(argument, &nowhere) }
     }
 
     fn describe(&self, argument: Argument, at: &NodeView<f64>) -> String {
         let names = &self.names;
-        let (what, list, i): (String, &[f64], usize) = match argument {
-            Argument::Coordinate(i) => (quoted(&names.coordinates[i]), at.q, i),
-            Argument::Velocity(i) => (format!("the velocity of {}", quoted(&names.coordinates[i])), at.v, i),
-            Argument::Momentum(i) => (format!("p* of {}", quoted(&names.coordinates[i])), at.p_star, i),
-            Argument::Force(i) => (format!("dp*/dt of {}", quoted(&names.coordinates[i])), at.p_star_dot, i),
-            Argument::Acceleration(i) => (format!("the acceleration of {}", quoted(&names.coordinates[i])), at.v_dot, i),
-            Argument::Reaction(j) => (format!("λ of {}", names.equations[j]), at.lambda, j),
-            Argument::Multiplier(j) => (format!("σ of {}", names.equations[j]), at.sigma, j),
-            Argument::Control(k) => (quoted(&names.controls[k]), at.u, k),
-            Argument::ControlRate(k) => (format!("du/dt of {}", quoted(&names.controls[k])), at.u_dot, k),
-            Argument::Design(p) => (self.parameters.name(p, &names.designs), at.design, p),
-            Argument::Time => ("t".into(), std::slice::from_ref(&at.t), 0),
+        let what = match argument {
+            Argument::Q(i) => quoted(&names.coordinates[i]),
+            Argument::V(i) => format!("the velocity of {}", quoted(&names.coordinates[i])),
+            Argument::PStar(i) => format!("p* of {}", quoted(&names.coordinates[i])),
+            Argument::PStarDot(i) => format!("dp*/dt of {}", quoted(&names.coordinates[i])),
+            Argument::VDot(i) => format!("the acceleration of {}", quoted(&names.coordinates[i])),
+            Argument::Lambda(j) => format!("λ of {}", names.equations[j]),
+            Argument::Sigma(j) => format!("σ of {}", names.equations[j]),
+            Argument::U(k) => quoted(&names.controls[k]),
+            Argument::UDot(k) => format!("du/dt of {}", quoted(&names.controls[k])),
+            Argument::B(p) => self.parameters.name(p, &names.designs),
+            Argument::T => "t".into(),
         };
-        list.get(i).map_or(what.clone(), |value| format!("{what} = {}", number(*value)))
+        let (list, i) = argument.place();
+        at.list(list).get(i).map_or(what.clone(), |value| format!("{what} = {}", number(*value)))
     }
 
     /// The first cost whose value or derivatives are not finite at a node, as an error; `rows` is overwritten.
@@ -60,7 +61,7 @@ impl System {
         rows: &mut CostRows,
         node: usize,
     ) -> Option<Error> {
-        Some(self.blame(self.costs.find_not_finite(at, weights, rows)?, at, node))
+        Some(self.blame(self.costs.find_not_finite((at, None), weights, rows)?, at, node))
     }
 
     /// The first cost that is not finite; if there is none, the element or input that causes it. `rows` is overwritten.
@@ -76,15 +77,8 @@ impl System {
     }
 
     /// The first cost whose derivatives along a direction are not finite at a node, as an error; `rows` is overwritten.
-    pub(crate) fn bad_cost_along(
-        &self,
-        (at, along): (&NodeView<f64>, &NodeView<f64>),
-        (weights, programs): (&Weights<Dual64>, &mut [Option<CostSecondOrder>]),
-        rows: &mut CostRows,
-        node: usize,
-    ) -> Error {
-        let suspect = self.costs.find_not_finite_along(programs, (at, along), weights, rows);
-        self.second_derivative(suspect, at, node)
+    pub(crate) fn bad_cost_along(&self, of: Along, weights: &Weights<Dual64>, rows: &mut CostRows, node: usize) -> Error {
+        self.second_derivative(self.costs.find_not_finite(of, weights, rows), of.0, node)
     }
 
     /// The first element whose second derivatives along a direction are not finite at a node, as an error; `rows` is overwritten.
@@ -95,8 +89,12 @@ impl System {
         rows: &mut CostRows,
         node: usize,
     ) -> Error {
-        let elements = self.placed().map(|item| (item.name.as_str(), item));
-        let suspect = Suspect::first(elements, rows, |item, rows| item.pull_back_along((at, along), with, rows));
+        let found = self.placed().find(|item| {
+            rows.clear();
+            item.pull_back_along((at, along), with, rows);
+            !rows.is_finite()
+        });
+        let suspect = found.map(|item| Suspect { element: &item.name, arguments: rows.bad_arguments() });
         self.second_derivative(suspect, at, node)
     }
 

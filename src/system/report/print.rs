@@ -103,8 +103,8 @@ fn write_all(element: &Element, text: &mut String) -> fmt::Result {
         let entries = formula.varying.iter().map(|entry| entry.signed_parts().map(names).collect());
         part("second derivatives", &kernels.state, Kernels::SECOND, entries.collect())?;
     }
-    let inputs = kernels.inputs_of.iter().map(|slot| format!("by {}", slot.name()));
-    part("input derivatives", &kernels.inputs, 0, inputs.map(plain).collect())
+    let inputs = kernels.inputs.of.iter().map(|slot| format!("by {}", slot.name()));
+    part("input derivatives", &kernels.inputs.kernel, 0, inputs.map(plain).collect())
 }
 
 /// The name of each result, with a sign.

@@ -41,12 +41,12 @@ impl PlacedElement {
         let (formula, shape) = (&element.formula, element.formula.shape);
         let Some(kernels) = &formula.kernels else { return Vec::new() };
         let (real, rates, parameters) = (at.view(), rates(at.u.len(), with), element.parameters(&at.design));
-        let layout = Layout { n: at.q.len(), m: at.sigma.len(), k: at.u.len() };
+        let layout = Layout { n: at.q.len(), m: at.sigma.len(), k: at.u.len(), p: at.design.len() };
         let mut point = vec![0.0; layout.len()];
         layout.load(&real, &mut point);
         layout.load_direction(&rates.view(), &mut point);
         layout.load_covector(with, &mut point);
-        let input = |which: usize| point[layout.source(element, shape.place(which))];
+        let input = |which: usize| point[layout.source(&element.to, shape.place(which))];
         let sums = || Sums::new(layout.n, layout.m);
         let (mut first, mut own) = (sums(), sums());
         let mut dual = vec![0.0; formula.kind.length(shape.n, shape.m)];
@@ -88,8 +88,8 @@ impl PlacedElement {
             program.extend(kept.all);
             dual.extend(&first.all);
         }
-        program.extend(kernels.inputs.evaluate(&parameters, input));
-        dual.extend(kernels.inputs_of.iter().map(|slot| self.directional(&real, with, *slot)));
+        program.extend(kernels.inputs.kernel.evaluate(&parameters, input));
+        dual.extend(kernels.inputs.of.iter().map(|slot| self.directional(&real, with, *slot)));
         program.extend(kernels.along.evaluate(&parameters, input));
         dual.extend(self.along(&real, &rates.view(), with));
         program.into_iter().zip(dual).map(|(program, dual)| Compared { program, dual }).collect()

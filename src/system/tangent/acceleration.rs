@@ -12,8 +12,8 @@
 use super::branches::Branches;
 use crate::system::cost::CostRows;
 use crate::system::formula::{
-    AccelerationKernels, Alike, Argument, Component, Covector, Element, ElementPrograms, Layout, NodeView, Pair, rows_along,
-    tangents,
+    AccelerationKernels, Alike, Argument, Component, Covector, Element, ElementPrograms, Layout, NodeView, Pair,
+    equations_along, rows_along,
 };
 use crate::{Error, System};
 
@@ -40,10 +40,10 @@ impl AccelerationEquations {
                 all.dual.extend(alike.places());
                 continue;
             };
-            let AccelerationKernels { right, components, rows, of } = kernels;
+            let AccelerationKernels { right, rows } = kernels;
             let sum = |element: &Element, of| place(&layout, element, of);
-            all.right.extend(ElementPrograms::new(&layout, alike, (right, &components), sum));
-            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), |element, slot| element.to.argument(slot)));
+            all.right.extend(ElementPrograms::new(&layout, alike, right, sum));
+            all.rows.extend(ElementPrograms::new(&layout, alike, rows, |element, slot| element.to.argument(slot)));
         }
         all
     }
@@ -112,20 +112,18 @@ impl AccelerationSecondOrder {
 
     fn new(system: &System, elements: &[Element]) -> Self {
         let layout = system.layout();
-        let point = vec![0.0; layout.len() + system.parameters().len()];
+        let point = vec![0.0; layout.len()];
         let mut all =
             AccelerationSecondOrder { layout, tangents: Vec::new(), rows: Vec::new(), branching: Vec::new(), point };
         for alike in &Alike::all(elements) {
             let bound = alike.bound();
-            let Some(((changes, components), (rows, of))) =
-                tangents(alike.formula, &bound).zip(rows_along(alike.formula, &bound))
-            else {
+            let Some((changes, rows)) = equations_along(alike.formula, &bound).zip(rows_along(alike.formula, &bound)) else {
                 all.branching.extend(alike.numbers.iter().map(|&e| Branches::new(e, &bound)));
                 continue;
             };
             let sum = |element: &Element, of| place(&layout, element, of);
-            all.tangents.extend(ElementPrograms::new(&layout, alike, (changes, &components), sum));
-            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), |element, slot| element.to.argument(slot)));
+            all.tangents.extend(ElementPrograms::new(&layout, alike, changes, sum));
+            all.rows.extend(ElementPrograms::new(&layout, alike, rows, |element, slot| element.to.argument(slot)));
         }
         all
     }
@@ -148,7 +146,7 @@ impl AccelerationSecondOrder {
         result.v.fill(0.0);
         result.sigma.fill(0.0);
         layout.load(at, point);
-        layout.load_direction_beside_accelerations(along, point);
+        layout.load_direction(along, point);
         layout.load_accelerations(at, point);
         for programs in tangents {
             programs.run(point, |&place, value| *sum(layout.n, result, place) += value);
@@ -171,7 +169,7 @@ impl AccelerationSecondOrder {
         let AccelerationSecondOrder { layout, rows: all, branching, point, .. } = self;
         layout.load(at, point);
         layout.load_covector(&Covector { c: &with.v, d: &with.v, e: &with.sigma }, point);
-        layout.load_direction_beside_accelerations(along, point);
+        layout.load_direction(along, point);
         layout.load_accelerations(at, point);
         for programs in all {
             programs.run(point, |(argument, factor), value| rows.add(*argument, factor * value));

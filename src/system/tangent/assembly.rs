@@ -83,9 +83,9 @@ impl Assembly {
                 let (elements, along) = (alike.numbers.clone(), alike.lanes(&layout, kernels.along.clone()));
                 assembly.bending_groups.push(BendingGroup { elements, along });
             }
-            if !kernels.inputs_of.is_empty() {
-                let of = kernels.inputs_of.iter().flat_map(|slot| own.iter().map(|element| element.to.argument(*slot)));
-                let (of, inputs) = (of.collect(), alike.lanes(&layout, kernels.inputs.clone()));
+            if !kernels.inputs.of.is_empty() {
+                let of = kernels.inputs.of.iter().flat_map(|slot| own.iter().map(|element| element.to.argument(*slot)));
+                let (of, inputs) = (of.collect(), alike.lanes(&layout, kernels.inputs.kernel.clone()));
                 assembly.input_groups.push(InputGroup { elements: alike.numbers.clone(), inputs, of });
             }
             if formula.is_varying() {
@@ -247,16 +247,8 @@ impl Formulas {
         let Workspace { input_point: point, inputs, .. } = workspace;
         for (group, registers) in assembly.input_groups.iter().zip(inputs) {
             let count = group.elements.len();
-            *rows.evaluations += group.of.len();
             group.inputs.run(point, registers, |e, k, values| {
-                for (of, value) in group.of[k * count + e..].iter().zip(values) {
-                    match *of {
-                        (Argument::Control(channel), _) => rows.u[channel] += value,
-                        (Argument::Design(p), factor) => rows.design[p] += factor * value,
-                        (Argument::Time, _) => *rows.time += value,
-                        (state, _) => debug_assert!(false, "{state:?} is not an input"),
-                    }
-                }
+                group.of[k * count + e..].iter().zip(values).for_each(|(of, value)| rows.add(*of, *value));
             });
         }
         for &e in &assembly.dual_inputs {

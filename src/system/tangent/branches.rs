@@ -49,8 +49,8 @@ impl Branches {
         let shape = element.formula.shape;
         let recorded = Element { numbers, ..element.clone() };
         let parameters = recorded.with_factors(at.design);
-        let argument = |which: usize| point.get(layout.source(element, shape.place(which))).copied().unwrap_or(0.0);
-        let arguments: Vec<f64> = (0..shape.constant_rates() + shape.p).map(argument).collect();
+        let argument = |which: usize| point.get(layout.source(&element.to, shape.place(which))).copied().unwrap_or(0.0);
+        let arguments: Vec<f64> = (0..shape.len()).map(argument).collect();
         let branch = self.branch(element, template);
         let values = branch.graph.evaluate(&parameters, &arguments);
         for (&(argument, factor), node) in branch.of.iter().zip(&branch.changes) {
@@ -65,8 +65,8 @@ impl Branches {
             if self.known.len() == MOST {
                 self.known.remove(0);
             }
-            let (graph, of, changes) = changes_along(element.kind(), element.formula.shape, &template, &self.bound);
-            let of = of.into_iter().map(|slot| element.to.argument(slot)).collect();
+            let (graph, changes) = changes_along(element.kind(), element.formula.shape, &template, &self.bound);
+            let (of, changes) = changes.into_iter().map(|(slot, node)| (element.to.argument(slot), node)).unzip();
             self.known.push(Branch { template, graph, changes, of });
             self.known.len() - 1
         });

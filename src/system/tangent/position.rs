@@ -8,7 +8,7 @@ use super::constants::Constants;
 use super::sinusoidal_constraints::Sines;
 use crate::System;
 use crate::program::Kernel;
-use crate::system::formula::{Alike, Element, ElementKind, ElementPrograms, Entry, Formula, Layout, NodeView};
+use crate::system::formula::{Alike, Element, ElementKind, ElementPrograms, Entry, Formula, Labelled, Layout, NodeView};
 
 /// Programs for Φ, created when Φ is first needed during a motion.
 pub(crate) struct PositionConstraints {
@@ -32,10 +32,9 @@ impl PositionConstraints {
                 plain.extend(alike.places());
                 continue;
             };
-            let equations: Vec<usize> = (0..alike.formula.shape.m).collect();
+            let program = Labelled { kernel: kernel.into(), of: (0..alike.formula.shape.m).collect() };
             let programs = if alike.formula.sinusoidal { &mut sinusoidal } else { &mut others };
-            programs
-                .extend(ElementPrograms::new(&layout, alike, (kernel, &equations), |element, j: usize| element.to.sigma[j]));
+            programs.extend(ElementPrograms::new(&layout, alike, program, |element, j: usize| element.to.sigma[j]));
         }
         let (point, rest) = (vec![0.0; layout.len()], vec![0.0; system.m()]);
         PositionConstraints { layout, sinusoidal, others, plain, point, rest, linear: Vec::new() }

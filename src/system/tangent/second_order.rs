@@ -22,17 +22,17 @@ pub(crate) struct SecondOrderEquations {
 impl SecondOrderEquations {
     pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
         let layout = system.layout();
-        let point = vec![0.0; layout.len() + system.parameters().len()];
+        let point = vec![0.0; layout.len()];
         let mut all = SecondOrderEquations { layout, point, ..SecondOrderEquations::default() };
         for alike in &Alike::all(elements) {
             let Some(kernels) = SecondOrderKernels::new(alike.formula, &alike.bound()) else {
                 all.dual.extend(alike.places());
                 continue;
             };
-            let SecondOrderKernels { changes, components, rows, of } = kernels;
+            let SecondOrderKernels { changes, rows } = kernels;
             let sum = |element: &Element, of| layout.sum(element, of);
-            all.changes.extend(ElementPrograms::new(&layout, alike, (changes, &components), sum));
-            all.rows.extend(ElementPrograms::new(&layout, alike, (rows, &of), |element, slot| element.to.argument(slot)));
+            all.changes.extend(ElementPrograms::new(&layout, alike, changes, sum));
+            all.rows.extend(ElementPrograms::new(&layout, alike, rows, |element, slot| element.to.argument(slot)));
         }
         all
     }
