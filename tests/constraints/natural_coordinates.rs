@@ -57,7 +57,17 @@ impl Constraint<4, 2> for Shared {
     }
 }
 
-fn chain(rods: usize) -> System {
+/// (r₂ − r₁) × (r₂' − r₁') = 0 for two rods: linear in the coordinates of each.
+struct Parallel;
+
+impl Constraint<8, 1> for Parallel {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 8>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 1> {
+        vector![(q[2] - q[0]) * (q[7] - q[5]) - (q[3] - q[1]) * (q[6] - q[4])]
+    }
+}
+
+/// Rods in a line, which hinges join; they also stay parallel if `is_rigid`.
+fn chain(rods: usize, is_rigid: bool) -> System {
     let mut scene = Scene::new();
     let (sin, cos) = ANGLE.sin_cos();
     let length = scene.design("length", 1.0);
@@ -75,6 +85,9 @@ fn chain(rods: usize) -> System {
             None => scene.constraint("hook", Fixed, [q[0], q[1]], []),
             Some(before) => scene.constraint(&format!("hinge {i}"), Shared, [before[2], before[3], q[0], q[1]], []),
         };
+        if let (true, Some([a, b, c, d])) = (is_rigid, last) {
+            scene.constraint(&format!("angle {i}"), Parallel, [a, b, c, d, q[0], q[1], q[2], q[3]], []);
+        }
         last = Some(q);
     }
     if let Some([.., y]) = last {
@@ -100,7 +113,7 @@ fn bodies(rods: usize) -> System {
 
 #[test]
 fn internal_constraints_are_eliminated_with_their_body() {
-    let nodes = |rods: usize| chain(rods).elimination();
+    let nodes = |rods: usize| chain(rods, false).elimination();
     let work = |rods: usize| nodes(rods).iter().map(|[size, width]| size * (size + width).pow(2)).sum::<usize>();
     // A rod and its length; the first hinge is that of a root. A hinge couples to the next ones on both sides.
     assert!(nodes(40).iter().all(|node| matches!(node, [5 | 7, ..=4] | [2, ..=4])), "{:?}", nodes(40));
@@ -112,7 +125,7 @@ fn internal_constraints_are_eliminated_with_their_body() {
 #[test]
 fn rods_in_natural_coordinates_move_like_bodies() {
     let middles = |steps: usize| {
-        let (rods, bodies) = (chain(3), bodies(3));
+        let (rods, bodies) = (chain(3, false), bodies(3));
         let [rods, bodies] = [&rods, &bodies].map(|system| {
             let inputs = Inputs::at_rest(system, Grid::uniform(steps, 0.5 / steps as f64));
             simulate(system, &inputs, Settings::default()).expect("a motion").q.column(steps).into_owned()
@@ -128,10 +141,19 @@ fn rods_in_natural_coordinates_move_like_bodies() {
 
 #[test]
 fn their_gradient_is_exact() {
-    let system = chain(4);
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.01));
-    inputs.design[0] = 1.0;
-    assert_gradient_is_exact("rods in natural coordinates", &system, &inputs);
+    for is_rigid in [false, true] {
+        let system = chain(4, is_rigid);
+        let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.01));
+        assert_gradient_is_exact("rods in natural coordinates", &system, &inputs);
+    }
+}
+
+/// σᵀΦ_qq contains both rods of such a constraint, but K does not contain σᵀΦ_qq.
+#[test]
+fn only_multipliers_couple_bodies_that_a_bilinear_constraint_joins() {
+    let nodes = chain(40, true).elimination();
+    // A rod and its length couple to the three multipliers at either end, and these, one by one, to each other and to the next three.
+    assert!(nodes.iter().all(|node| matches!(node, [5 | 7, ..=6] | [2, ..=4] | [1, ..=3])), "{nodes:?}");
 }
 
 /// T = ½ v².

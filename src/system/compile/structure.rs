@@ -86,7 +86,8 @@ fn entries(elements: &[Element], (n, m): (usize, usize)) -> (Vec<(usize, usize)>
             [row, col]
         };
         element.formula.fixed.iter().for_each(|entry| _ = add(entry));
-        for entry in element.formula.varying.iter().flat_map(RelativeEntry::parts) {
+        let varying = element.formula.varying.iter().filter(|relative| relative.entry.block.is_in_tangent());
+        for entry in varying.flat_map(RelativeEntry::parts) {
             add(&entry).into_iter().for_each(|unknown| constant[unknown] = false);
         }
         if element.formula.piecewise {

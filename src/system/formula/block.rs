@@ -56,6 +56,11 @@ impl Block {
         }
     }
 
+    /// Whether the block contributes to K. σᵀΦ_qq does not: h 𝓛_vq and −h 𝓛_qv cancel.
+    pub fn is_in_tangent(self) -> bool {
+        self != Block::PhiQq
+    }
+
     /// Whether the rows of the block are equations.
     pub fn has_equations(self) -> bool {
         matches!(self, Block::PhiQ | Block::PhiDotQ)

@@ -46,8 +46,7 @@ impl Scatter {
         let mut targets = Vec::new();
         for like in entries.chunk_by(RelativeEntry::is_like) {
             for together in like.chunks(if elements < FEW { like.len() } else { 1 }) {
-                // σᵀΦ_qq does not contribute to K.
-                if like[0].entry.block != Block::PhiQq {
+                if like[0].entry.block.is_in_tangent() {
                     targets.extend(Target::all(together, elements, begin, &slots));
                 }
                 begin += together.len() * elements;
