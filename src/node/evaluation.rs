@@ -8,8 +8,8 @@ use crate::linear::{Breakdown, Factorization, Matrix};
 use crate::motion::{Compliances, Report};
 use crate::number::by_fours;
 use crate::system::{
-    Constants, CostRows, Covector, Formulas, Given, InputRows, KnownPart, NodeView, Pair, PositionConstraints, Sines,
-    StateRows, Sums, Wanted, Within, Workspace,
+    Constants, CostRows, Covector, Entries, Formulas, Given, InputRows, KnownPart, NodeView, Pair, PositionConstraints, Row,
+    Sines, StateRows, Sums, Variable, Wanted, Within, Workspace, all, of_force, row_q,
 };
 use crate::{Error, System};
 
@@ -37,19 +37,13 @@ struct Elements {
     x: Pair,
     sums: Sums<f64>,
     rows: StateRows,
-    zeros: Pair,
 }
 
 impl Evaluation {
     pub(crate) fn new(system: &System) -> Self {
         let (n, m) = (system.n(), system.m());
-        let elements = || Elements {
-            q: vec![0.0; n],
-            x: Pair::new(n, m),
-            sums: Sums::new(n, m),
-            rows: StateRows::new(n, m),
-            zeros: Pair::new(n, m),
-        };
+        let elements =
+            || Elements { q: vec![0.0; n], x: Pair::new(n, m), sums: Sums::new(n, m), rows: StateRows::new(n, m) };
         Evaluation {
             constants: Constants::new(n),
             sines: system.sines().clone(),
@@ -207,9 +201,12 @@ impl Evaluation {
     }
 
     /// Writes 𝓛_q + Q at the last evaluated point, which is (q, v) in the scene's order, with the controls u.
-    pub(crate) fn force(&self, q: &[f64], v: &[f64], u: &[f64], force: &mut [f64]) {
-        self.constants.force(q, v, u, force);
-        self.sines.add_force(&self.blocks[..self.sines.block_len()], force);
+    pub(crate) fn force(&self, q: &[f64], v: &[f64], given: Given, force: &mut [f64]) {
+        let at = given.at(q, v, &[]);
+        self.constants.force(&at, force);
+        // 𝓛_q = 𝓛_qv v for sinusoidal terms.
+        let angles = &self.blocks[..self.sines.block_len()];
+        self.sines.push_forward(angles, &at, |row, of| (row, of) == (Row::V, Variable::D), |_, i, x| force[i] += x);
         if let Some(elements) = &self.elements {
             force.iter_mut().zip(elements.sums.force()).for_each(|(sum, force)| *sum += force);
         }
@@ -226,19 +223,18 @@ impl Evaluation {
     /// The adjoint rows of all elements for any c, d, e (see [`system`](crate::system)).
     pub(crate) fn pull_back(&self, system: &System, blocks: &[f64], with: &Covector, rows: &mut StateRows) {
         rows.clear();
-        self.constants.pull_back(with, rows);
         let (angles, rest) = blocks.split_at(self.sines.block_len());
-        self.sines.pull_back(angles, with, rows);
-        self.formulas(system).assembly.pull_back(rest, with, Wanted::ALL, rows);
+        let mut add = |row: Row, i: usize, x: f64| row.of_mut(rows)[i] += x;
+        self.constants.pull_back(&[], with, all, &mut add);
+        self.sines.pull_back(angles, with, all, add);
+        self.formulas(system).assembly.pull_back(rest, with, all, rows);
     }
 
     /// The changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state and of the controls of constant elements.
     pub(crate) fn push_forward(&self, system: &System, blocks: &[f64], along: &NodeView<f64>, sums: &mut Sums<f64>) {
         sums.clear();
-        self.constants.push_forward(along, sums);
-        let (angles, rest) = blocks.split_at(self.sines.block_len());
-        self.sines.push_forward(angles, along, sums);
-        self.formulas(system).assembly.push_forward(rest, (along, Wanted::ALL), sums);
+        self.constants.push_forward_controls(along.u, sums.parts_mut()[1]);
+        self.push_forward_state(system, blocks, (along, all), sums);
     }
 
     /// The change of 𝓛_q + Q alone, along a direction of the state; the other sums are left as they are.
@@ -249,12 +245,24 @@ impl Evaluation {
         along: &NodeView<f64>,
         sums: &mut Sums<f64>,
     ) {
-        let force = &mut sums.parts_mut()[1];
-        force.fill(0.0);
-        self.constants.push_forward_to_force(along, force);
+        sums.parts_mut()[1].fill(0.0);
+        self.push_forward_state(system, blocks, (along, of_force), sums);
+    }
+
+    #[inline(always)]
+    fn push_forward_state(
+        &self,
+        system: &System,
+        blocks: &[f64],
+        (along, wanted): (&NodeView<f64>, impl Wanted),
+        sums: &mut Sums<f64>,
+    ) {
         let (angles, rest) = blocks.split_at(self.sines.block_len());
-        self.sines.push_forward_to_force(angles, along, force);
-        self.formulas(system).assembly.push_forward(rest, (along, Wanted::OF_FORCE), sums);
+        let mut parts = sums.parts_mut();
+        let mut add = |of: Variable, i: usize, x: f64| parts[of as usize][i] += x;
+        self.constants.push_forward(&[], along, wanted, &mut add);
+        self.sines.push_forward(angles, along, wanted, add);
+        self.formulas(system).assembly.push_forward(rest, (along, wanted), sums);
     }
 
     /// Adds the derivatives of the directional change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to the state, for sinusoidal elements.
@@ -288,28 +296,38 @@ impl Evaluation {
     /// right −= (∂v + h ∂q, ∂σ) for c = e = 0, in the solver's order: the contribution of d alone to the adjoint equations.
     pub(crate) fn subtract_force_rows(&mut self, system: &System, h: f64, blocks: &[f64], d: &[f64], right: &mut [f64]) {
         let positions = system.positions();
-        self.constants.subtract_force_rows(h, d, positions, right);
-        let (angles, rest) = blocks.split_at(self.sines.block_len());
-        self.sines.subtract_force_rows(angles, h, d, right);
-        let Some(Elements { rows, zeros, .. }) = &mut self.elements else { return };
-        rows.clear();
-        let with = Covector { c: &zeros.v, d, e: &zeros.sigma };
-        self.formulas.as_ref().unwrap_or(system.formulas()).assembly.pull_back(rest, &with, Wanted::OF_FORCE, rows);
-        for (&position, (v, q)) in positions.v.iter().zip(rows.v.iter().zip(&rows.q)) {
-            right[position] -= v + h * q;
-        }
-        positions.sigma.iter().zip(&rows.sigma).for_each(|(&position, row)| right[position] -= row);
+        let only_d = Covector { c: &[], d, e: &[] };
+        self.pull_back_to(system, blocks, &only_d, of_force, |row, i, x| match row {
+            Row::V => right[positions.v[i]] -= x,
+            Row::Q => right[positions.v[i]] -= h * x,
+            Row::Sigma => right[positions.sigma[i]] -= x,
+        });
     }
 
     /// a −= ∂q, the adjoint row of the coordinates, for any c, d, e.
     pub(crate) fn subtract_row_q(&mut self, system: &System, blocks: &[f64], with: &Covector, a: &mut [f64]) {
-        self.constants.subtract_row_q(with, a);
+        self.pull_back_to(system, blocks, with, row_q, |_, i, x| a[i] -= x);
+    }
+
+    /// Calls `add` with contributions to the adjoint rows.
+    #[inline(always)]
+    fn pull_back_to(
+        &mut self,
+        system: &System,
+        blocks: &[f64],
+        with: &Covector,
+        wanted: impl Wanted,
+        mut add: impl FnMut(Row, usize, f64),
+    ) {
         let (angles, rest) = blocks.split_at(self.sines.block_len());
-        self.sines.subtract_row_q(angles, with, a);
+        self.constants.pull_back(&[], with, wanted, &mut add);
+        self.sines.pull_back(angles, with, wanted, &mut add);
         let Some(Elements { rows, .. }) = &mut self.elements else { return };
         rows.clear();
-        self.formulas.as_ref().unwrap_or(system.formulas()).assembly.pull_back(rest, with, Wanted::ROW_Q, rows);
-        a.iter_mut().zip(&rows.q).for_each(|(a, row)| *a -= row);
+        self.formulas.as_ref().unwrap_or(system.formulas()).assembly.pull_back(rest, with, wanted, rows);
+        for row in Row::ALL.into_iter().filter(|row| Variable::ALL.into_iter().any(|of| wanted(*row, of))) {
+            row.of_mut(rows).iter().enumerate().for_each(|(i, x)| add(row, i, *x));
+        }
     }
 }
 

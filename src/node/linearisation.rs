@@ -6,7 +6,7 @@ use super::transposed::TransposedProduct;
 use crate::System;
 use crate::linear::{BlockLu, Factorization, Matrix};
 use crate::motion::Report;
-use crate::system::{Given, KnownPart, NodeView, Pair};
+use crate::system::{Entries, Given, KnownPart, NodeView, Pair, Variable};
 
 /// The equations of a step at a point; all vectors are in the solver's order, the condensed unknowns first.
 pub(crate) struct Linearisation<F = BlockLu> {
@@ -51,7 +51,9 @@ impl<F: Factorization> Linearisation<F> {
     /// Writes 𝓛_v and dΦ/dt at a point, in the scene's order; the evaluation's blocks then belong to this point.
     pub(crate) fn l_v_and_phi_dot(&mut self, system: &System, at: &NodeView<f64>, left: &mut Pair, report: &mut Report) {
         self.l_v(system, at, &mut left.v, report);
-        self.evaluation.constants.phi_dot(at, &mut left.sigma);
+        left.sigma.fill(0.0);
+        let (constants, add) = (&self.evaluation.constants, |_, j: usize, x: f64| left.sigma[j] += x);
+        constants.push_forward(&[], at, |_, of| of == Variable::E, add);
         let positions = &system.positions().sigma;
         left.sigma.iter_mut().zip(positions).for_each(|(phi_dot, &position)| *phi_dot -= self.delta[position]);
     }

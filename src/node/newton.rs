@@ -295,7 +295,7 @@ impl<F: Factorization> Newton<F> {
             *q = start + from.h * *v;
         }
         y.sigma.iter_mut().zip(&positions.sigma).for_each(|(sigma, &position)| *sigma = self.linearisation.x[position]);
-        self.linearisation.evaluation.force(y.q, y.v, given.u, y.p_star_dot);
+        self.linearisation.evaluation.force(y.q, y.v, given, y.p_star_dot);
         let finite = all_finite(y.p_star_dot) && all_finite(y.q) && all_finite(y.sigma);
         if finite { Ok(()) } else { Err(StepFailure::NotFinite) }
     }

@@ -21,6 +21,6 @@ pub(crate) use report::Order;
 #[cfg(test)]
 pub(crate) use report::verify_tests;
 pub(crate) use tangent::{
-    AccelerationEquations, AccelerationSecondOrder, Constants, Formulas, Given, KnownPart, PositionConstraints,
-    SecondOrderEquations, Sines, Wanted, Workspace, acceleration_tangent,
+    AccelerationEquations, AccelerationSecondOrder, Constants, Entries, Formulas, Given, KnownPart, PositionConstraints,
+    Row, SecondOrderEquations, Sines, Variable, Wanted, Workspace, acceleration_tangent, all, of_force, row_q,
 };

@@ -84,7 +84,7 @@ impl PlacedElement {
             element.add_constants(&parameters, &mut constants);
             let [l_v, force, _] = kept.parts_mut();
             constants.l_v(&real, l_v);
-            constants.force(&at.q, &at.v, &at.u, force);
+            constants.force(&real, force);
             program.extend(kept.all);
             dual.extend(&first.all);
         }

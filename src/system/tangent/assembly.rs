@@ -180,12 +180,12 @@ impl Assembly {
     }
 
     /// Adds the derivatives of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt with respect to v, q and σ, computed from the stored blocks.
-    pub(crate) fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: Wanted, rows: &mut StateRows) {
+    pub(crate) fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: impl Wanted, rows: &mut StateRows) {
         self.products.iter().for_each(|products| products.pull_back(blocks, with, wanted, rows));
     }
 
     /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state, computed from the stored blocks.
-    pub(crate) fn push_forward(&self, blocks: &[f64], along: (&NodeView<f64>, Wanted), sums: &mut Sums<f64>) {
+    pub(crate) fn push_forward(&self, blocks: &[f64], along: (&NodeView<f64>, impl Wanted), sums: &mut Sums<f64>) {
         self.products.iter().for_each(|products| products.push_forward(blocks, along, sums));
     }
 

@@ -19,7 +19,7 @@ pub(crate) use assembly::{Formulas, Workspace};
 pub(crate) use constants::Constants;
 pub(crate) use node_problem::{Given, KnownPart};
 pub(crate) use position::PositionConstraints;
-pub(crate) use products::Wanted;
+pub(crate) use products::{Entries, Row, Variable, Wanted, all, of_force, row_q};
 pub(crate) use second_order::SecondOrderEquations;
 pub(in crate::system) use sinusoidal_constraints::Places;
 pub(crate) use sinusoidal_constraints::Sines;

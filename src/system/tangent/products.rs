@@ -12,6 +12,8 @@ pub enum Row {
     Q,
     Sigma,
 }
+
+/// An adjoint variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Variable {
     C,
@@ -19,23 +21,55 @@ pub enum Variable {
     E,
 }
 
-/// Selects the parts of the adjoint rows to compute, and the adjoint variables that are not zero.
-#[derive(Clone, Copy)]
-pub struct Wanted(pub fn(Row, Variable) -> bool);
+/// Selects terms of the adjoint rows by the row and the adjoint variable.
+pub trait Wanted: Fn(Row, Variable) -> bool + Copy {}
 
-impl Wanted {
-    pub const ALL: Wanted = Wanted(|_, _| true);
-    /// The contributions of d alone.
-    pub const OF_FORCE: Wanted = Wanted(|_, variable| matches!(variable, Variable::D));
-    /// The row ∂q alone.
-    pub const ROW_Q: Wanted = Wanted(|row, _| matches!(row, Row::Q));
+impl<F: Fn(Row, Variable) -> bool + Copy> Wanted for F {}
+
+/// All terms.
+pub fn all(_: Row, _: Variable) -> bool {
+    true
 }
 
-/// Adds Bᵀ x or B x, for a block B, to a part of the adjoint rows.
-struct Term {
-    to: Row,
-    of: Variable,
-    transposed: bool,
+/// The terms of d alone.
+pub fn of_force(_: Row, variable: Variable) -> bool {
+    variable == Variable::D
+}
+
+/// The row ∂q alone.
+pub fn row_q(row: Row, _: Variable) -> bool {
+    row == Row::Q
+}
+
+impl Row {
+    pub const ALL: [Row; 3] = [Row::V, Row::Q, Row::Sigma];
+
+    fn of<'a>(self, along: &NodeView<'a, f64>) -> &'a [f64] {
+        [along.v, along.q, along.sigma][self as usize]
+    }
+
+    pub fn of_mut(self, rows: &mut StateRows) -> &mut [f64] {
+        match self {
+            Row::V => &mut rows.v,
+            Row::Q => &mut rows.q,
+            Row::Sigma => &mut rows.sigma,
+        }
+    }
+}
+
+impl Variable {
+    pub const ALL: [Variable; 3] = [Variable::C, Variable::D, Variable::E];
+
+    fn of<'a>(self, with: &Covector<'a>) -> &'a [f64] {
+        [with.c, with.d, with.e][self as usize]
+    }
+}
+
+/// Whether B or Bᵀ is multiplied, for a block B.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Factor {
+    Plain,
+    Transposed,
 }
 
 impl Block {
@@ -44,24 +78,71 @@ impl Block {
     /// ```text
     ///   v: 𝓛_vvᵀ c + (𝓛_qv + Q_v)ᵀ d + Φ_qᵀ e,   q: 𝓛_vqᵀ c + (𝓛_qq + Q_q)ᵀ d + (dΦ/dt)_qᵀ e,   σ: Φ_q c + (dΦ/dt)_q d
     /// ```
-    const fn terms(self) -> &'static [Term] {
+    #[inline(always)]
+    fn terms(self, wanted: impl Wanted, mut term: impl FnMut(Row, Factor, Variable)) {
+        use Factor::{Plain, Transposed};
         use Row::{Q, Sigma, V};
         use Variable::{C, D, E};
-        const fn transposed(to: Row, of: Variable) -> Term {
-            Term { to, of, transposed: true }
-        }
-        const fn plain(to: Row, of: Variable) -> Term {
-            Term { to, of, transposed: false }
-        }
+        let mut add = |to, factor, of| {
+            if wanted(to, of) {
+                term(to, factor, of);
+            }
+        };
         match self {
-            Block::Vv => const { &[transposed(V, C)] },
-            Block::Vq => const { &[plain(V, D), transposed(Q, C)] },
-            Block::Qq | Block::PhiDotQq | Block::ForceQ => const { &[transposed(Q, D)] },
-            Block::ForceV => const { &[transposed(V, D)] },
-            Block::PhiQq => const { &[transposed(V, D), transposed(Q, C)] },
-            Block::PhiQ => const { &[transposed(V, E), plain(Sigma, C)] },
-            Block::PhiDotQ => const { &[transposed(Q, E), plain(Sigma, D)] },
+            Block::Vv => add(V, Transposed, C),
+            Block::Vq => {
+                add(V, Plain, D);
+                add(Q, Transposed, C);
+            }
+            Block::Qq | Block::PhiDotQq | Block::ForceQ => add(Q, Transposed, D),
+            Block::ForceV => add(V, Transposed, D),
+            Block::PhiQq => {
+                add(V, Transposed, D);
+                add(Q, Transposed, C);
+            }
+            Block::PhiQ => {
+                add(V, Transposed, E);
+                add(Sigma, Plain, C);
+            }
+            Block::PhiDotQ => {
+                add(Q, Transposed, E);
+                add(Sigma, Plain, D);
+            }
         }
+    }
+}
+
+/// Second derivatives that are visited one by one; their products are inlined, so that only the wanted parts are computed.
+pub trait Entries {
+    /// Calls `visit` with the block of each entry at a node, its row and column in the scene's numbering, and its value.
+    fn each(&self, blocks: &[f64], visit: impl FnMut(Block, [usize; 2], f64));
+
+    /// Calls `add` with each contribution to the adjoint rows.
+    #[inline(always)]
+    fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: impl Wanted, mut add: impl FnMut(Row, usize, f64)) {
+        self.each(blocks, |block, [row, col], x| {
+            block.terms(wanted, |to, factor, of| match factor {
+                Factor::Plain => add(to, row, x * of.of(with)[col]),
+                Factor::Transposed => add(to, col, x * of.of(with)[row]),
+            });
+        });
+    }
+
+    /// Calls `add` with each contribution to the changes of 𝓛_v (paired with c), 𝓛_q + Q (d) and dΦ/dt (e) along a direction of the state.
+    #[inline(always)]
+    fn push_forward(
+        &self,
+        blocks: &[f64],
+        along: &NodeView<f64>,
+        wanted: impl Wanted,
+        mut add: impl FnMut(Variable, usize, f64),
+    ) {
+        self.each(blocks, |block, [row, col], x| {
+            block.terms(wanted, |of, factor, to| match factor {
+                Factor::Plain => add(to, col, x * of.of(along)[row]),
+                Factor::Transposed => add(to, row, x * of.of(along)[col]),
+            });
+        });
     }
 }
 
@@ -106,39 +187,19 @@ impl Products {
     }
 
     /// Adds the contributions to the adjoint rows.
-    pub fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: Wanted, rows: &mut StateRows) {
-        for term in self.like.block.terms().iter().filter(|term| wanted.0(term.to, term.of)) {
-            let to = match term.to {
-                Row::V => &mut rows.v,
-                Row::Q => &mut rows.q,
-                Row::Sigma => &mut rows.sigma,
-            };
-            let of = match term.of {
-                Variable::C => with.c,
-                Variable::D => with.d,
-                Variable::E => with.e,
-            };
-            self.add(&blocks[self.values.clone()], term.transposed, of, to);
-        }
+    pub fn pull_back(&self, blocks: &[f64], with: &Covector, wanted: impl Wanted, rows: &mut StateRows) {
+        self.like.block.terms(wanted, |to, factor, of| {
+            self.add(&blocks[self.values.clone()], factor == Factor::Transposed, of.of(with), to.of_mut(rows));
+        });
     }
 
     /// Adds the contributions to the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along a direction of the state: the transpose of
     /// [`pull_back`](Self::pull_back).
-    pub fn push_forward(&self, blocks: &[f64], (along, wanted): (&NodeView<f64>, Wanted), sums: &mut Sums<f64>) {
-        let [l_v, force, phi_dot] = sums.parts_mut();
-        for term in self.like.block.terms().iter().filter(|term| wanted.0(term.to, term.of)) {
-            let of = match term.to {
-                Row::V => along.v,
-                Row::Q => along.q,
-                Row::Sigma => along.sigma,
-            };
-            let to: &mut [f64] = match term.of {
-                Variable::C => l_v,
-                Variable::D => force,
-                Variable::E => phi_dot,
-            };
-            self.add(&blocks[self.values.clone()], !term.transposed, of, to);
-        }
+    pub fn push_forward(&self, blocks: &[f64], (along, wanted): (&NodeView<f64>, impl Wanted), sums: &mut Sums<f64>) {
+        let mut parts = sums.parts_mut();
+        self.like.block.terms(wanted, |of, factor, to| {
+            self.add(&blocks[self.values.clone()], factor == Factor::Plain, of.of(along), parts[to as usize]);
+        });
     }
 
     /// Adds B `of` or Bᵀ `of` to `to`.

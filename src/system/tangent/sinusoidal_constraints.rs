@@ -10,9 +10,10 @@
 //!
 //! The tests compare these expressions with the plain formulas.
 
+use super::products::Entries;
 use crate::number::{Known, minus_product, plus_product};
 use crate::system::cost::CostRows;
-use crate::system::formula::{Covector, NodeView, StateRows, Sums};
+use crate::system::formula::{Block, Covector, NodeView};
 
 /// α sin q + β cos q in one equation.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,7 +90,7 @@ impl Term {
     /// (dΦ/dt)_q.
     #[inline]
     fn phi_dot_q(&self, at: &State) -> f64 {
-        -at.v * (self.sine * at.sin + self.cosine * at.cos)
+        -(self.sine * (at.v * at.sin) + self.cosine * (at.v * at.cos))
     }
 }
 
@@ -173,7 +174,7 @@ impl Sines {
         STATE * self.angles.len()
     }
 
-    fn each<'a>(&'a self, blocks: &'a [f64]) -> impl Iterator<Item = (&'a Angle, &'a [Term], State)> {
+    fn states<'a>(&'a self, blocks: &'a [f64]) -> impl Iterator<Item = (&'a Angle, &'a [Term], State)> {
         let states = blocks.as_chunks::<STATE>().0.iter().map(State::of);
         let mut later = &self.terms[..];
         self.angles.iter().zip(states).map(move |(angle, state)| (angle, take(&mut later, angle), state))
@@ -208,15 +209,8 @@ impl Sines {
 
     /// Adds the nonlinear part of Φ.
     pub fn add_phi(&self, blocks: &[f64], phi: &mut [f64]) {
-        for (_, terms, at) in self.each(blocks) {
+        for (_, terms, at) in self.states(blocks) {
             terms.iter().for_each(|term| phi[term.equation as usize] += term.sine * at.sin + term.cosine * at.cos);
-        }
-    }
-
-    /// Adds 𝓛_q.
-    pub fn add_force(&self, blocks: &[f64], force: &mut [f64]) {
-        for (angle, _, at) in self.each(blocks) {
-            force[angle.coordinate as usize] += at.v * at.s_prime;
         }
     }
 
@@ -226,7 +220,7 @@ impl Sines {
     ///   Φ_q ± h (dΦ/dt)_q = α (cos q ∓ θ sin q) − β (sin q ± θ cos q)
     /// ```
     pub fn scatter(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
-        for (angle, terms, at) in self.each(blocks) {
+        for (angle, terms, at) in self.states(blocks) {
             let theta = h * at.v;
             values[angle.diagonal as usize] += h * theta * at.s;
             let (below_cos, below_sin) = (at.cos - theta * at.sin, at.sin + theta * at.cos);
@@ -239,52 +233,6 @@ impl Sines {
         }
     }
 
-    /// Adds the adjoint rows (see [`block`](crate::system::formula::block)).
-    pub fn pull_back(&self, blocks: &[f64], with: &Covector, rows: &mut StateRows) {
-        for (angle, terms, at) in self.each(blocks) {
-            let i = angle.coordinate as usize;
-            let (c, d) = (with.c[i], with.d[i]);
-            let (mut row_v, mut row_q) = (at.s_prime * d, at.s_prime * c - at.v * at.s * d);
-            for term in terms {
-                let equation = term.equation as usize;
-                let (phi_q, phi_dot_q, e) = (term.phi_q(&at), term.phi_dot_q(&at), with.e[equation]);
-                row_v += phi_q * e;
-                row_q += phi_dot_q * e;
-                rows.sigma[equation] += phi_q * c + phi_dot_q * d;
-            }
-            rows.v[i] += row_v;
-            rows.q[i] += row_q;
-        }
-    }
-
-    /// Adds the changes of 𝓛_v, 𝓛_q and dΦ/dt along a direction.
-    pub fn push_forward(&self, blocks: &[f64], along: &NodeView<f64>, sums: &mut Sums<f64>) {
-        let [l_v, force, phi_dot] = sums.parts_mut();
-        for (angle, terms, at) in self.each(blocks) {
-            let i = angle.coordinate as usize;
-            let (q, v) = (along.q[i], along.v[i]);
-            let (mut of_l_v, mut of_force) = (at.s_prime * q, at.s_prime * v - at.v * at.s * q);
-            for term in terms {
-                let equation = term.equation as usize;
-                let (phi_q, phi_dot_q, sigma) = (term.phi_q(&at), term.phi_dot_q(&at), along.sigma[equation]);
-                of_l_v += phi_q * sigma;
-                of_force += phi_dot_q * sigma;
-                phi_dot[equation] += phi_q * v + phi_dot_q * q;
-            }
-            l_v[i] += of_l_v;
-            force[i] += of_force;
-        }
-    }
-
-    /// Adds the change of 𝓛_q alone along a direction.
-    pub fn push_forward_to_force(&self, blocks: &[f64], along: &NodeView<f64>, force: &mut [f64]) {
-        for (angle, terms, at) in self.each(blocks) {
-            let i = angle.coordinate as usize;
-            let [a, b] = sums(terms, along.sigma);
-            force[i] += at.s_prime * along.v[i] - at.v * (at.s * along.q[i] + a * at.sin + b * at.cos);
-        }
-    }
-
     /// Adds the derivatives, with respect to the state, of the change of ψ = c·𝓛_v + d·𝓛_q + e·dΦ/dt along a direction. Let ŝ and ŝ′ be s and s′ with
     /// e in place of σ, and let ṡ and ṡ′ be s and s′ with the σ of the direction. Then
     ///
@@ -292,7 +240,7 @@ impl Sines {
     ///   ψ_q = c s′ − d v s + v ŝ′      ψ_v = d s′ + ŝ      ψ_σ = c Φ_q + d (dΦ/dt)_q
     /// ```
     pub fn pull_back_along(&self, blocks: &[f64], along: &NodeView<f64>, with: &Covector, rows: &mut CostRows) {
-        for (angle, terms, at) in self.each(blocks) {
+        for (angle, terms, at) in self.states(blocks) {
             let i = angle.coordinate as usize;
             let (q, v, c, d) = (along.q[i], along.v[i], with.c[i], with.d[i]);
             // The change of ψ_σ = α of_sine + β of_cosine.
@@ -309,26 +257,20 @@ impl Sines {
             rows.v[i] += d * of_c + s_prime_of_e * q;
         }
     }
+}
 
-    /// Subtracts the adjoint rows ∂v + h ∂q and ∂σ for c = e = 0, in the solver's order.
-    pub fn subtract_force_rows(&self, blocks: &[f64], h: f64, d: &[f64], right: &mut [f64]) {
-        for (angle, terms, at) in self.each(blocks) {
-            let d = d[angle.coordinate as usize];
-            right[angle.position as usize] -= (at.s_prime - h * at.v * at.s) * d;
-            // −(dΦ/dt)_q d = (α sin q + β cos q) v d.
-            let (sin, cos) = (at.sin * at.v * d, at.cos * at.v * d);
-            for term in terms {
-                right[term.position as usize] += term.sine * sin + term.cosine * cos;
-            }
-        }
-    }
-
-    /// Subtracts the adjoint row ∂q.
-    pub fn subtract_row_q(&self, blocks: &[f64], with: &Covector, row_q: &mut [f64]) {
-        for (angle, terms, at) in self.each(blocks) {
+impl Entries for Sines {
+    #[inline(always)]
+    fn each(&self, blocks: &[f64], mut visit: impl FnMut(Block, [usize; 2], f64)) {
+        for (angle, terms, at) in self.states(blocks) {
             let i = angle.coordinate as usize;
-            let [a, b] = sums(terms, with.e);
-            row_q[i] -= at.s_prime * with.c[i] - at.v * (at.s * with.d[i] + a * at.sin + b * at.cos);
+            visit(Block::PhiQq, [i, i], at.s_prime);
+            visit(Block::PhiDotQq, [i, i], -at.v * at.s);
+            for term in terms {
+                let equation = term.equation as usize;
+                visit(Block::PhiQ, [equation, i], term.phi_q(&at));
+                visit(Block::PhiDotQ, [equation, i], term.phi_dot_q(&at));
+            }
         }
     }
 }
@@ -346,36 +288,12 @@ mod tests {
     }
 
     #[test]
-    fn parts_of_the_adjoint_rows_are_those_of_the_whole() {
-        let (sines, blocks) = sample();
-        let (c, d, e) = ([0.3, -0.8, 1.7], [-1.1, 0.6, 0.9], [0.45, -0.35, 2.2]);
-        let (h, zeros) = (0.37, [0.0; 3]);
-        let mut rows = StateRows::new(3, 3);
-        sines.pull_back(&blocks, &Covector { c: &zeros, d: &d, e: &zeros }, &mut rows);
-        let mut right = [0.0; 6];
-        sines.subtract_force_rows(&blocks, h, &d, &mut right);
-        for i in 0..3 {
-            let (v, sigma) = (rows.v[i] + h * rows.q[i], rows.sigma[i]);
-            assert!((right[5 - i] + v).abs() < 1e-15 && (right[2 - i] + sigma).abs() < 1e-15, "{right:?} {rows:?}");
-        }
-
-        let with = Covector { c: &c, d: &d, e: &e };
-        let mut rows = StateRows::new(3, 3);
-        sines.pull_back(&blocks, &with, &mut rows);
-        let mut row_q = [0.0; 3];
-        sines.subtract_row_q(&blocks, &with, &mut row_q);
-        for (minus, q) in row_q.iter().zip(&rows.q) {
-            assert!((minus + q).abs() < 1e-15, "{row_q:?} {rows:?}");
-        }
-    }
-
-    #[test]
     fn entries_of_the_tangent_matrix_are_those_of_the_formulas() {
         let (sines, blocks) = sample();
         let h = 0.37;
         let mut values = [0.0; 36];
         sines.scatter(&blocks, h, &mut values);
-        for (angle, terms, at) in sines.each(&blocks) {
+        for (angle, terms, at) in sines.states(&blocks) {
             let i = angle.coordinate as usize;
             assert!((values[7 * i] - h * h * at.v * at.s).abs() < 1e-15);
             for term in terms {
