@@ -10,9 +10,8 @@
 use super::derivatives::{Derivatives, components, sum_of_products};
 use super::differentiated::{Component, Formula};
 use super::kind::ElementKind;
-use super::labelled::{Labelled, changes, gradient};
-use super::second_order_kernels::{bound_constants, tangents};
-use super::shape::{Shape, Slot};
+use super::labelled::{Labelled, changes, gradient, tangents};
+use super::shape::{Shape, Slot, bound_constants};
 use crate::program::{Graph, Node, Template};
 
 /// Programs of one formula for f and g and for the derivatives of c·f + e·g.

@@ -5,8 +5,7 @@ use super::difference::{Differences, Pairs};
 use super::differentiated::Component;
 use super::kind::ElementKind;
 use super::labelled::{gradient, without_zeros};
-use super::second_order_kernels::bound_constants;
-use super::shape::{Shape, Slot};
+use super::shape::{Shape, Slot, bound_constants};
 use crate::program::{Graph, Node, Template};
 
 /// Contributions of a formula and their derivatives, as nodes of its graph.

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use super::second_order_kernels::tangents;
 use super::shape::{Shape, Slot};
 use crate::program::{Graph, Kernel, Node, Template};
 
@@ -57,4 +56,28 @@ pub fn changes<T>(graph: &mut Graph, all: impl IntoIterator<Item = (T, Node)>, a
 /// Removes the results that vanish; returns the labels and the nodes of the others.
 pub fn without_zeros<T>(graph: &Graph, all: impl IntoIterator<Item = (T, Node)>) -> (Vec<T>, Vec<Node>) {
     all.into_iter().filter(|(_, node)| !graph.is_zero(*node)).unzip()
+}
+
+/// Arguments with their rates; the rate of a constant is that of its design variable or expression, times the factor of the constant. These factors
+/// are parameters, after those of the formula.
+///
+/// The initial time is fixed, so terms with a zero rate of t are dropped: a load may have an infinite slope there, such as √t at t = 0.
+pub(in crate::system) fn tangents(
+    graph: &mut Graph,
+    (shape, parameters): (Shape, usize),
+    slots: &[Slot],
+) -> Vec<(Node, Node)> {
+    let mut tangent = |&slot: &Slot| {
+        let rate = graph.input(shape.rate(slot));
+        let rate = match slot {
+            Slot::T => graph.unless_zero(rate),
+            Slot::B(p) => {
+                let factor = graph.parameter(parameters + p);
+                graph.multiply(factor, rate)
+            }
+            _ => rate,
+        };
+        (shape.node(graph, slot), rate)
+    };
+    slots.iter().map(&mut tangent).collect()
 }

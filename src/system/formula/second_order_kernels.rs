@@ -11,9 +11,9 @@
 
 use super::derivatives::{Derivatives, components};
 use super::differentiated::{Component, Formula};
-use super::labelled::{Labelled, changes, gradient};
-use super::shape::{Shape, Slot};
-use crate::program::{Graph, Node};
+use super::labelled::{Labelled, changes, gradient, tangents};
+use super::shape::{Slot, bound_constants};
+use crate::program::Graph;
 
 /// Programs of one formula for second-order sweeps. Their parameters are those of the formula, followed by the factors of the constants.
 pub struct SecondOrderKernels {
@@ -48,33 +48,4 @@ impl SecondOrderKernels {
         let changes = Labelled::new(&mut graph, parameters, of_components)?;
         Some(SecondOrderKernels { changes, rows: Labelled::new(&mut graph, parameters, rows)? })
     }
-}
-
-/// The constants that are design variables.
-pub(in crate::system) fn bound_constants(bound: &[bool]) -> Vec<Slot> {
-    (0..bound.len()).filter(|&p| bound[p]).map(Slot::B).collect()
-}
-
-/// Arguments with their rates; the rate of a constant is that of its design variable or expression, times the factor of the constant. These factors
-/// are parameters, after those of the formula.
-///
-/// The initial time is fixed, so terms with a zero rate of t are dropped: a load may have an infinite slope there, such as √t at t = 0.
-pub(in crate::system) fn tangents(
-    graph: &mut Graph,
-    (shape, parameters): (Shape, usize),
-    slots: &[Slot],
-) -> Vec<(Node, Node)> {
-    let mut tangent = |&slot: &Slot| {
-        let rate = graph.input(shape.rate(slot));
-        let rate = match slot {
-            Slot::T => graph.unless_zero(rate),
-            Slot::B(p) => {
-                let factor = graph.parameter(parameters + p);
-                graph.multiply(factor, rate)
-            }
-            _ => rate,
-        };
-        (shape.node(graph, slot), rate)
-    };
-    slots.iter().map(&mut tangent).collect()
 }

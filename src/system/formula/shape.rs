@@ -179,3 +179,8 @@ impl Shape {
         }
     }
 }
+
+/// The constants that are design variables.
+pub(in crate::system) fn bound_constants(bound: &[bool]) -> Vec<Slot> {
+    (0..bound.len()).filter(|&p| bound[p]).map(Slot::B).collect()
+}
