@@ -116,7 +116,7 @@ pub use model::element::{
     ListForcePoint, ListKineticEnergy, ListPoint, ListPotentialEnergy, ParameterFormula, PotentialEnergy, Sum,
 };
 pub use model::{Control, Coordinate, Design, Multiplier, Output, Param};
-pub use motion::{Compliance, Composition, Grid, Held, Inputs, Progress, Report, Stages, Start, Task, Trajectory};
+pub use motion::{Compliance, Composition, Grid, Held, Inputs, Progress, Report, Start, States, Task, Trajectory};
 pub use number::{Arithmetic, Cx, Hyper, Real, Scalar};
 pub use scene::{EndState, Scene, planar, scenes};
 pub use scheme::Scheme;

@@ -45,13 +45,11 @@ fn by_trapezoidal_rule(steps: &[f64], v: &DMatrix<f64>, at_start: &DVector<f64>)
 
 /// d²Φ/dt² = Φ_q a + (dΦ/dt)_q v + …, the derivative of dΦ/dt along the motion.
 fn phi_ddot(system: &System, inputs: &Inputs, motion: &Trajectory, a: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
-    let along = Trajectory {
-        computed: motion.computed,
-        times: motion.times.iter().map(|t| Dual64::new(*t, 1.0)).collect(),
-        q: motion.q.zip_map(&motion.v, Dual64::new),
-        v: motion.v.zip_map(a, Dual64::new),
-        ..Trajectory::zeros(system, motion.times.len(), Scheme::TRAPEZOIDAL)
-    };
+    let mut along = Trajectory::zeros(system, motion.times.len(), Scheme::TRAPEZOIDAL);
+    along.computed = motion.computed;
+    along.times = motion.times.iter().map(|t| Dual64::new(*t, 1.0)).collect();
+    along.q = motion.q.zip_map(&motion.v, Dual64::new);
+    along.v = motion.v.zip_map(a, Dual64::new);
     Ok(along.phi_dot(system, &inputs.lift())?.map(|rate| rate.eps))
 }
 

@@ -9,7 +9,7 @@ use serde_json::json;
 
 use super::inputs::{controls, coordinates};
 use super::names::Named;
-use crate::{Compliance, Error, Report, Scheme, Stages, System, Trajectory};
+use crate::{Compliance, Error, Report, Scheme, States, System, Trajectory};
 
 const FORMAT: &str = "hamiltonian-adjoint trajectory";
 const VERSION: u32 = 2;
@@ -48,9 +48,9 @@ struct File {
     format: String,
     version: u32,
     scheme: String,
-    nodes: States,
+    nodes: Lists,
     /// The states between nodes, if the scheme has any.
-    stages: States,
+    stages: Lists,
     /// Nodes from which compliances apply, and the equations with their compliances.
     compliance: Vec<(usize, Vec<(usize, f64)>)>,
     inserted: Vec<usize>,
@@ -60,7 +60,7 @@ struct File {
 /// Values of each quantity at all times.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct States {
+struct Lists {
     /// Times, s.
     t: Vec<f64>,
     q: Named<Vec<f64>>,
@@ -101,34 +101,27 @@ impl Trajectory {
         let written = |nodes: &[usize]| nodes.iter().copied().filter(|node| *node < computed).collect();
         let known = self.compliance.iter().filter(|part| part.from < computed);
         let inner = (computed * self.scheme.inner()).min(self.stages.times.len());
-        let states = |count: usize, times: &[f64], parts: [&DMatrix<f64>; 5], u: Option<&DMatrix<f64>>| {
+        let lists = |states: &States, count: usize| {
             let rows = |part: &DMatrix<f64>| -> Vec<Vec<f64>> {
                 part.row_iter().map(|row| row.iter().take(count).copied().collect()).collect()
             };
-            let of = |part: &DMatrix<f64>| Named::new(coordinates(system), rows(part).into_iter());
-            let [q, v, p_star, p_star_dot, sigma] = parts;
-            States {
-                t: times[..count].to_vec(),
-                q: of(q),
-                v: of(v),
-                p_star: of(p_star),
-                p_star_dot: of(p_star_dot),
-                sigma: Named::new(equations(system), rows(sigma).into_iter()),
-                u: u.map_or(Named(Vec::new()), |u| Named::new(controls(system), rows(u).into_iter())),
+            let of = |part| Named::new(coordinates(system), rows(part).into_iter());
+            Lists {
+                t: states.times[..count].to_vec(),
+                q: of(&states.q),
+                v: of(&states.v),
+                p_star: of(&states.p_star),
+                p_star_dot: of(&states.p_star_dot),
+                sigma: Named::new(equations(system), rows(&states.sigma).into_iter()),
+                u: Named::new(controls(system), rows(&states.u).into_iter()),
             }
         };
-        let stages = &self.stages;
         let file = File {
             format: FORMAT.into(),
             version: VERSION,
             scheme: self.scheme.name.into(),
-            nodes: states(computed, &self.times, [&self.q, &self.v, &self.p_star, &self.p_star_dot, &self.sigma], None),
-            stages: states(
-                inner,
-                &stages.times,
-                [&stages.q, &stages.v, &stages.p_star, &stages.p_star_dot, &stages.sigma],
-                Some(&stages.u),
-            ),
+            nodes: lists(&self.nodes, computed),
+            stages: lists(&self.stages, inner),
             compliance: known.map(|part| (part.from, part.equations.clone())).collect(),
             inserted: written(&self.inserted),
             restarted: written(&self.restarted),
@@ -151,43 +144,25 @@ impl Trajectory {
             let expected = nodes * scheme.inner();
             return Err(wrong("`stages`", &format!("{inner} times, but this scheme has {expected} for {nodes} nodes")));
         }
-        let node = file.nodes.matrices("nodes", system, None)?;
+        let node_states = file.nodes.read("nodes", system, 0)?;
         let stages = match inner {
-            0 => Stages::zeros((system.n(), system.m(), system.k()), 0),
-            _ => {
-                let (times, [q, v, p_star, p_star_dot, sigma, u]) =
-                    file.stages.matrices("stages", system, Some(system.k()))?;
-                Stages { times, q, v, p_star, p_star_dot, sigma, u }
-            }
+            0 => Trajectory::zeros(system, 0, scheme).stages,
+            _ => file.stages.read("stages", system, system.k())?,
         };
         let from: Vec<usize> = file.compliance.iter().map(|(from, _)| *from).collect();
         check_nodes("`inserted`", &file.inserted, 1..nodes)?;
         check_nodes("`restarted`", &file.restarted, 1..nodes)?;
         check_nodes("`compliance`", &from, 0..nodes)?;
         file.compliance.iter().try_for_each(|(_, equations)| check_equations(equations, system.m()))?;
-        let (times, [q, v, p_star, p_star_dot, sigma, _]) = node;
         let (inserted, restarted) = (file.inserted, file.restarted);
         let compliance = file.compliance.into_iter().map(|(from, equations)| Compliance { from, equations }).collect();
-        Ok(Trajectory {
-            computed: nodes,
-            times,
-            q,
-            v,
-            p_star,
-            p_star_dot,
-            sigma,
-            compliance,
-            inserted,
-            scheme,
-            stages,
-            restarted,
-        })
+        Ok(Trajectory { computed: nodes, nodes: node_states, compliance, inserted, scheme, stages, restarted })
     }
 }
 
-impl States {
-    /// Times, and the matrices q, v, p*, ṗ*, σ, u.
-    fn matrices(self, part: &str, system: &System, k: Option<usize>) -> Result<(Vec<f64>, [DMatrix<f64>; 6]), Error> {
+impl Lists {
+    /// The states of nodes or stages that have `k` controls.
+    fn read(self, part: &str, system: &System, k: usize) -> Result<States, Error> {
         let t = self.t;
         let matrix = |name: &str, rows: Vec<Vec<f64>>| {
             let place = format!("`{part}.{name}`");
@@ -203,9 +178,9 @@ impl States {
             of("p_star", self.p_star)?,
             of("p_star_dot", self.p_star_dot)?,
             matrix("sigma", self.sigma.in_order(KIND, "sigma", equations(system))?)?,
-            matrix("u", self.u.in_order(KIND, "u", controls(system).take(k.unwrap_or(0)))?)?,
+            matrix("u", self.u.in_order(KIND, "u", controls(system).take(k))?)?,
         ];
-        Ok((t, matrices))
+        Ok(States::new(t, matrices))
     }
 }
 

@@ -1,7 +1,6 @@
 //! A window over a motion that is longer than its memory, with the last nodes, from which the next step is extrapolated.
 
 use super::ForwardSweep;
-use crate::Trajectory;
 use crate::node::Predictor;
 
 /// Number of nodes that are kept when the window is moved.
@@ -23,15 +22,5 @@ impl ForwardSweep {
         self.motion.events.clear();
         // Only whether there were earlier restarts is needed.
         self.motion.trajectory.restarted.truncate(1);
-    }
-}
-
-impl Trajectory {
-    fn move_to_front(&mut self, from: usize, count: usize) {
-        self.times.copy_within(from..from + count, 0);
-        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
-            let rows = matrix.nrows();
-            matrix.as_mut_slice().copy_within(from * rows..(from + count) * rows, 0);
-        }
     }
 }

@@ -14,7 +14,7 @@ mod inputs;
 mod progress;
 mod refinement;
 mod report;
-mod stages;
+mod states;
 mod trajectory;
 
 pub(crate) use assembled::{Assembly, Which, indices};
@@ -33,6 +33,6 @@ pub(crate) use progress::Watch;
 pub use progress::{Progress, Task};
 pub(crate) use refinement::Refinement;
 pub use report::Report;
-pub use stages::Stages;
+pub use states::States;
 pub(crate) use trajectory::Compliances;
 pub use trajectory::{Compliance, Trajectory};

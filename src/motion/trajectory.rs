@@ -1,10 +1,11 @@
 //! The motion: y_i at all nodes.
 
+use std::ops::{Deref, DerefMut};
+
 use nalgebra::DMatrix;
 
-use super::Stages;
 use super::column::{column, column_mut};
-use super::stages::ColumnsMut;
+use super::states::{ColumnsMut, States, rows_of_states};
 use crate::number::Real;
 use crate::system::{NodeView, Sums};
 use crate::{Error, Inputs, Scheme, System};
@@ -14,18 +15,8 @@ use crate::{Error, Inputs, Scheme, System};
 pub struct Trajectory<R = f64> {
     /// Number of computed nodes: N + 1, or fewer if a step failed.
     pub computed: usize,
-    /// Times, s.
-    pub times: Vec<R>,
-    /// Coordinates, m or rad (n × (N + 1)).
-    pub q: DMatrix<R>,
-    /// Velocities, m/s or rad/s.
-    pub v: DMatrix<R>,
-    /// Augmented momenta, N s or N m s.
-    pub p_star: DMatrix<R>,
-    /// Rates ṗ* = 𝓛_q + Q of the augmented momenta, N or N m.
-    pub p_star_dot: DMatrix<R>,
-    /// Lagrange multipliers σ (impulses), N s or N m s (m × (N + 1)).
-    pub sigma: DMatrix<R>,
+    /// The states at the nodes, one column each: `motion.q` is short for `motion.nodes.q`, and so on; only the latter can be moved out.
+    pub nodes: States<R>,
     /// Compliances of dependent constraints, in the order of the nodes from which they apply; empty if no constraints depend on each other (see
     /// `docs/long-and-hard-motions.md`).
     pub compliance: Vec<Compliance>,
@@ -33,11 +24,23 @@ pub struct Trajectory<R = f64> {
     pub inserted: Vec<usize>,
     /// The scheme of the motion.
     pub scheme: Scheme,
-    /// The states at the inner stages; empty for the trapezoidal rule.
-    pub stages: Stages<R>,
+    /// The states at the inner stages of all steps; empty for the trapezoidal rule. (The last stage of a step is a node.) For a scheme with S
+    /// stages, stage s of the step that ends at node i is column i (S − 1) + s − 1; the columns of node 0 are zero.
+    pub stages: States<R>,
     /// Nodes with restarts ([`Settings::drift_bound`](crate::Settings::drift_bound)).
     pub restarted: Vec<usize>,
 }
+
+/// Names of the numbers of rows and columns of the matrices q, v, p*, ṗ*, σ, u.
+const NODES: [[&str; 2]; 6] = [
+    ["the trajectory's coordinates", "the trajectory's coordinates: nodes"],
+    ["the trajectory's velocities", "the trajectory's velocities: nodes"],
+    ["the trajectory's momenta", "the trajectory's momenta: nodes"],
+    ["the rates of the trajectory's momenta", "the rates of the trajectory's momenta: nodes"],
+    ["the trajectory's multipliers", "the trajectory's multipliers: nodes"],
+    ["the trajectory's controls (those of nodes are in the inputs)", "the trajectory's controls: nodes"],
+];
+const STAGES: [[&str; 2]; 6] = [["the trajectory's stages: rows", "the trajectory's stages: columns"]; 6];
 
 /// Numbers of equations, and their compliances μ.
 pub(crate) type Compliances = [(usize, f64)];
@@ -55,19 +58,13 @@ impl<R: Real> Trajectory<R> {
     /// A trajectory of zeros, to be filled with states computed elsewhere.
     pub fn zeros(system: &System, nodes: usize, scheme: Scheme) -> Self {
         let (n, m) = (system.n(), system.m());
-        let state = || DMatrix::from_element(n, nodes, R::zero());
         Trajectory {
             computed: 0,
-            times: vec![R::zero(); nodes],
-            q: state(),
-            v: state(),
-            p_star: state(),
-            p_star_dot: state(),
-            sigma: DMatrix::from_element(m, nodes, R::zero()),
+            nodes: States::zeros(rows_of_states(n, m, 0), nodes),
             compliance: Vec::new(),
             inserted: Vec::new(),
             scheme,
-            stages: Stages::zeros((n, m, system.k()), nodes * scheme.inner()),
+            stages: States::zeros(rows_of_stages(system, &scheme), nodes * scheme.inner()),
             restarted: Vec::new(),
         }
     }
@@ -96,35 +93,13 @@ impl<R: Real> Trajectory<R> {
 
     /// Number of values per node.
     pub(crate) fn len_of_node(n: usize, m: usize) -> usize {
-        4 * n + m + 1
+        1 + rows_of_states(n, m, 0).iter().sum::<usize>()
     }
 
     /// Resizes to a number of nodes; existing nodes keep their values.
     pub(crate) fn resize(&mut self, nodes: usize) {
-        self.times.resize(nodes, R::zero());
-        self.times.shrink_to_fit();
-        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
-            let old = std::mem::replace(matrix, DMatrix::from_element(0, 0, R::zero()));
-            *matrix = old.resize_horizontally(nodes, R::zero());
-        }
+        self.nodes.resize(nodes);
         self.stages.resize(nodes * self.scheme.inner());
-    }
-
-    #[inline]
-    pub(crate) fn columns(&self, i: usize) -> NodeView<'_, R> {
-        NodeView {
-            t: self.times[i],
-            q: column(&self.q, i),
-            v: column(&self.v, i),
-            p_star: column(&self.p_star, i),
-            p_star_dot: column(&self.p_star_dot, i),
-            v_dot: &[],
-            lambda: &[],
-            sigma: column(&self.sigma, i),
-            u: &[],
-            u_dot: &[],
-            design: &[],
-        }
     }
 
     /// Stage s of the step that ends in column `k`; the last stage is the node itself.
@@ -156,16 +131,9 @@ impl<R: Real> Trajectory<R> {
     #[inline]
     pub(crate) fn stage_mut(&mut self, k: usize, s: usize) -> ColumnsMut<'_, R> {
         if s <= self.scheme.inner() {
-            return self.stages.columns_mut(k * self.scheme.inner() + s - 1);
-        }
-        ColumnsMut {
-            time: &mut self.times[k],
-            q: column_mut(&mut self.q, k),
-            v: column_mut(&mut self.v, k),
-            p_star: column_mut(&mut self.p_star, k),
-            p_star_dot: column_mut(&mut self.p_star_dot, k),
-            sigma: column_mut(&mut self.sigma, k),
-            u: &[],
+            self.stages.columns_mut(k * self.scheme.inner() + s - 1)
+        } else {
+            self.nodes.columns_mut(k)
         }
     }
 
@@ -232,26 +200,17 @@ impl<R: Real> Trajectory<R> {
         let compliant = self.compliance.iter().flat_map(|part| &part.equations).map(|(j, _)| j.saturating_add(1)).max();
         let compliant = compliant.unwrap_or(0);
         let sizes = [
-            ("the trajectory's coordinates", n, self.q.nrows()),
-            ("the trajectory's velocities", n, self.v.nrows()),
-            ("the trajectory's momenta", n, self.p_star.nrows()),
-            ("the rates of the trajectory's momenta", n, self.p_star_dot.nrows()),
-            ("the trajectory's multipliers", m, self.sigma.nrows()),
-            ("the trajectory's coordinates: nodes", nodes, self.q.ncols()),
-            ("the trajectory's velocities: nodes", nodes, self.v.ncols()),
-            ("the trajectory's momenta: nodes", nodes, self.p_star.ncols()),
-            ("the rates of the trajectory's momenta: nodes", nodes, self.p_star_dot.ncols()),
-            ("the trajectory's multipliers: nodes", nodes, self.sigma.ncols()),
             ("the trajectory's computed nodes", nodes.min(self.computed), self.computed),
             ("time nodes (`Solver::inputs` has those of the motion)", nodes, inputs.grid.nodes()),
             ("controls: rows (channels)", system.k(), inputs.controls.nrows()),
             ("controls: columns (nodes, one more than steps)", nodes, inputs.controls.ncols()),
             ("design variables", system.designs(), inputs.design.len()),
-            ("the trajectory's stages", nodes * self.scheme.inner(), self.stages.times.len()),
             ("the trajectory's restarted nodes", nodes.min(restarted), restarted),
             ("the trajectory's compliances: equations", m.min(compliant), compliant),
         ];
-        match sizes.into_iter().find(|(_, expected, found)| expected != found) {
+        let of_nodes = self.nodes.sizes(NODES, rows_of_states(n, m, 0), nodes);
+        let of_stages = self.stages.sizes(STAGES, rows_of_stages(system, &self.scheme), nodes * self.scheme.inner());
+        match of_nodes.chain(of_stages).chain(sizes).find(|(_, expected, found)| expected != found) {
             Some((what, expected, found)) => Err(Error::Size { what, expected, found }),
             None => Ok(()),
         }
@@ -259,32 +218,37 @@ impl<R: Real> Trajectory<R> {
 
     /// Combines the numbers of this motion with those of another motion on the same grid.
     pub(crate) fn zip_map<A: Real, B: Real>(&self, other: &Trajectory<A>, make: impl Fn(R, A) -> B + Copy) -> Trajectory<B> {
-        let matrix = |x: &DMatrix<R>, y: &DMatrix<A>| x.zip_map(y, make);
-        let times = |x: &[R], y: &[A]| x.iter().zip(y).map(|(x, y)| make(*x, *y)).collect();
-        let (stages, others) = (&self.stages, &other.stages);
         Trajectory {
             computed: self.computed,
-            times: times(&self.times, &other.times),
-            q: matrix(&self.q, &other.q),
-            v: matrix(&self.v, &other.v),
-            p_star: matrix(&self.p_star, &other.p_star),
-            p_star_dot: matrix(&self.p_star_dot, &other.p_star_dot),
-            sigma: matrix(&self.sigma, &other.sigma),
+            nodes: self.nodes.zip_map(&other.nodes, make),
             compliance: self.compliance.clone(),
             inserted: self.inserted.clone(),
             scheme: self.scheme,
-            stages: Stages {
-                times: times(&stages.times, &others.times),
-                q: matrix(&stages.q, &others.q),
-                v: matrix(&stages.v, &others.v),
-                p_star: matrix(&stages.p_star, &others.p_star),
-                p_star_dot: matrix(&stages.p_star_dot, &others.p_star_dot),
-                sigma: matrix(&stages.sigma, &others.sigma),
-                u: matrix(&stages.u, &others.u),
-            },
+            stages: self.stages.zip_map(&other.stages, make),
             restarted: self.restarted.clone(),
         }
     }
+}
+
+impl<R> Deref for Trajectory<R> {
+    type Target = States<R>;
+
+    #[inline]
+    fn deref(&self) -> &States<R> {
+        &self.nodes
+    }
+}
+
+impl<R> DerefMut for Trajectory<R> {
+    #[inline]
+    fn deref_mut(&mut self) -> &mut States<R> {
+        &mut self.nodes
+    }
+}
+
+/// Numbers of rows of the states at stages; the trapezoidal rule has none.
+fn rows_of_stages(system: &System, scheme: &Scheme) -> [usize; 6] {
+    if scheme.inner() > 0 { rows_of_states(system.n(), system.m(), system.k()) } else { [0; 6] }
 }
 
 /// Values of all equations at all nodes; an error if one of them is not finite.

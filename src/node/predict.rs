@@ -31,7 +31,8 @@ impl Predictor {
             return;
         }
         self.prepare(steps);
-        for matrix in [&mut trajectory.v, &mut trajectory.sigma] {
+        let nodes = &mut trajectory.nodes;
+        for matrix in [&mut nodes.v, &mut nodes.sigma] {
             let rows = matrix.nrows();
             let columns = &mut matrix.as_mut_slice()[(i - self.used) * rows..][..(self.used + 1) * rows];
             let (before, now) = columns.split_at_mut(self.used * rows);

@@ -2,7 +2,7 @@
 
 use crate::Trajectory;
 use crate::forward::{ForwardSweep, HISTORY, Stepper};
-use crate::motion::{Clock, column_mut};
+use crate::motion::Clock;
 
 /// The last nodes before a part of a motion, stored as columns, and the first node from which extrapolation is allowed. Behind the columns follow the
 /// last σ before a restart and the largest coordinates.
@@ -59,23 +59,5 @@ impl ForwardSweep {
         self.motion.ahead.again();
         self.motion.trajectory.restarted.truncate(1);
         self.motion.trajectory.restarted.retain(|&node| node <= checkpoint.node);
-    }
-}
-
-impl Trajectory {
-    fn set_column(&mut self, k: usize, column: &[f64]) {
-        let (time, mut rest) = column.split_at(1);
-        self.times[k] = time[0];
-        for matrix in [&mut self.q, &mut self.v, &mut self.p_star, &mut self.p_star_dot, &mut self.sigma] {
-            let (own, after) = rest.split_at(matrix.nrows());
-            column_mut(matrix, k).copy_from_slice(own);
-            rest = after;
-        }
-    }
-
-    fn append_column(&self, k: usize, to: &mut Vec<f64>) {
-        let y = self.columns(k);
-        to.push(self.times[k]);
-        [y.q, y.v, y.p_star, y.p_star_dot, y.sigma].into_iter().for_each(|part| to.extend_from_slice(part));
     }
 }

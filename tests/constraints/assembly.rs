@@ -757,7 +757,7 @@ fn a_coordinate_may_be_held_twice() {
     let [once, twice] = [&[angle][..], &[angle, angle]].map(|hold| {
         let inputs = inputs(&system, hold, 1.5);
         assert_gradient_is_exact_with("held", &system, &inputs, Settings::default());
-        simulate(&system, &inputs, Settings::default()).expect("a motion").q
+        simulate(&system, &inputs, Settings::default()).expect("a motion").nodes.q
     });
     assert_eq!(once, twice);
 }

@@ -102,7 +102,10 @@ fn a_motion_is_the_limit_of_those_with_a_little_inertia() {
     for kind in KINDS {
         let of = |inertia: f64| {
             let (system, _) = mechanism(kind, inertia);
-            simulate(&system, &inputs(&system, &[]), Settings::default()).unwrap_or_else(|error| panic!("{kind}: {error}")).q
+            simulate(&system, &inputs(&system, &[]), Settings::default())
+                .unwrap_or_else(|error| panic!("{kind}: {error}"))
+                .nodes
+                .q
         };
         let (none, little) = (of(0.0), of(1e-9));
         assert!((none - little).amax() < 1e-6, "{kind}");
@@ -208,7 +211,7 @@ fn inertia_may_vanish_after_compilation_where_it_is_not_eliminated_ahead() {
             if kind == "pendulum" {
                 let [taken, none] =
                     [(&heavy, &taken), (&system, &without)].map(|(system, inputs)| simulate(system, inputs, settings));
-                assert!((taken.expect("a motion").q - none.expect("a motion").q).amax() < 1e-12);
+                assert!((&taken.expect("a motion").q - &none.expect("a motion").q).amax() < 1e-12);
                 assert_gradient_is_exact_with(kind, &heavy, &inputs(&heavy, hold), settings);
             } else {
                 let error = simulate(&heavy, &taken, settings).expect_err("an inertia that is needed").error;
@@ -253,7 +256,7 @@ fn files_and_other_solvers_know_the_same_motion() {
         assert_same("long", LongSolver::new(&system, settings, 30_000).gradient(&inputs).expect("a gradient"));
         check::gradient(&system, &inputs, settings).run().expect("a report").assert_passed();
         let free = Inputs { start: Start::assembled(&read), ..inputs.clone() };
-        let [was, is] = [&system, &read].map(|system| simulate(system, &free, settings).expect("a motion").q);
+        let [was, is] = [&system, &read].map(|system| simulate(system, &free, settings).expect("a motion").nodes.q);
         assert!((was - is).amax() < 1e-13, "{kind}");
     }
 }

@@ -120,7 +120,7 @@ fn inputs_that_a_motion_does_not_have_are_named_and_refused() {
 /// A trajectory that somebody has changed.
 type Change = (&'static str, fn(&mut Trajectory));
 
-const CHANGES: [Change; 15] = [
+const CHANGES: [Change; 18] = [
     ("computed", |motion| motion.computed = 1000),
     ("computed", |motion| motion.computed = usize::MAX),
     ("times", |motion| motion.times.truncate(3)),
@@ -133,6 +133,9 @@ const CHANGES: [Change; 15] = [
     ("ṗ*", |motion| motion.p_star_dot = DMatrix::zeros(3, 3)),
     ("σ", |motion| motion.sigma = DMatrix::zeros(1, 21)),
     ("σ, columns", |motion| motion.sigma = DMatrix::zeros(4, 2)),
+    ("u", |motion| motion.u = DMatrix::zeros(1, 21)),
+    ("stages, rows", |motion| motion.stages.q = DMatrix::zeros(6, 0)),
+    ("stages, columns", |motion| motion.stages.u = DMatrix::zeros(0, 1)),
     ("compliance", |motion| motion.compliance.push(Compliance { from: 0, equations: vec![(usize::MAX, 1e-6)] })),
     ("restarted", |motion| motion.restarted.push(usize::MAX)),
     ("restarted", |motion| motion.restarted.push(21)),

@@ -75,7 +75,7 @@ pub fn of_variation(mechanisms: &[&Moving; 2]) -> Result<Vec<Finding>, Error> {
     let on = mechanisms[0];
     let (mut change, (k, nodes)) = (on.inputs.no_change(), on.inputs.controls.shape());
     change.controls = DMatrix::from_fn(k, nodes, |k, i| (1.3 * i as f64 + k as f64).cos());
-    let moved = direct_differentiation(&on.system, &on.inputs, Settings::default(), &change)?.motion;
+    let moved = direct_differentiation(&on.system, &on.inputs, Settings::default(), &change)?.motion.nodes;
     let parts = [moved.v, moved.p_star_dot, moved.q, moved.p_star, moved.sigma];
     let delta_y = DMatrix::from_rows(&parts.iter().flat_map(|part| part.row_iter()).collect::<Vec<_>>());
     let paper = PaperSystem::new(&on.system, &on.inputs, &on.motion)?;
