@@ -15,6 +15,14 @@ use crate::node::Linearisation;
 use crate::system::{Covector, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Start, System};
 
+/// A motion whose start was assembled, and zeros of the size of (v, σ).
+#[derive(Clone, Copy)]
+pub(super) struct AssembledStart<'a> {
+    pub(super) motion: &'a Motion,
+    pub(super) assembly: &'a Assembly,
+    pub(super) zeros: &'a Pair,
+}
+
 /// One of the two systems of equations of an assembly.
 pub(super) struct Side<'a> {
     pub(super) tangent: Tangent,
@@ -34,7 +42,7 @@ impl<'a> Side<'a> {
     pub(super) fn new(
         assembler: &mut Assembler,
         which: Which,
-        (motion, assembly, zeros): (&'a Motion, &'a Assembly, &'a Pair),
+        AssembledStart { motion, assembly, zeros }: AssembledStart<'a>,
     ) -> Result<Self, Error> {
         let at = (motion.inputs.start.q().as_slice(), zeros);
         let here = motion.at(0);
@@ -78,7 +86,7 @@ impl AdjointSweep {
         let Some(assembly) = &motion.assembly else { return Ok(()) };
         let zeros = Pair::new(system.n(), system.m());
         let (mut q_bar, v_bar) = (self.gradient.start.q().clone(), self.gradient.start.rate().clone());
-        let of = (motion, assembly, &zeros);
+        let of = AssembledStart { motion, assembly, zeros: &zeros };
         let Back { guess: v, q } = self.through(system, linearisation, Which::Velocities, of, &v_bar)?;
         q_bar += q;
         let Back { guess: q, .. } = self.through(system, linearisation, Which::Coordinates, of, &q_bar)?;
@@ -93,7 +101,7 @@ impl AdjointSweep {
         system: &System,
         linearisation: &mut Linearisation,
         which: Which,
-        of: (&Motion, &Assembly, &Pair),
+        of: AssembledStart,
         bar: &DVector<f64>,
     ) -> Result<Back, Error> {
         let side = self.side(system, linearisation, which, of)?;
@@ -109,7 +117,7 @@ impl AdjointSweep {
         system: &System,
         linearisation: &mut Linearisation,
         which: Which,
-        of: (&'a Motion, &'a Assembly, &'a Pair),
+        of: AssembledStart<'a>,
     ) -> Result<Side<'a>, Error> {
         Side::new(&mut Assembler { system, linearisation, report: &mut self.report, tolerance: 0.0 }, which, of)
     }

@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use super::AdjointSweep;
+use super::stage::StageMatrix;
 use crate::adjoint::growth::Growth;
 use crate::motion::{Happened, Motion, StepEnd, Task, Watch};
 use crate::node::{Linearisation, SolvedMotion};
@@ -68,7 +69,8 @@ impl AdjointSweep {
         self.take_earlier_sigma(node);
         let (last, h) = (motion.trajectory.last_stage(), half_step(motion, node));
         let h = if is_event || node == 0 { 0.0 } else { h };
-        self.solve(system, motion, linearisation, (node, last), (h, None, is_factored), || motion.at(node))
+        let matrix = StageMatrix { h, blocks: None, is_factored };
+        self.solve(system, motion, linearisation, (node, last), matrix, || motion.at(node))
     }
 
     /// Passes an event backward, to the end of the step before it.
@@ -96,8 +98,8 @@ impl AdjointSweep {
         is_factored: &mut bool,
     ) -> Result<(), Error> {
         let (last, h) = (motion.trajectory.last_stage(), half_step(motion, node));
-        let with = (h, Some(end.blocks), is_factored);
-        self.solve(system, motion, linearisation, (node, last), with, || end.view(motion.at(node)))
+        let matrix = StageMatrix { h, blocks: Some(end.blocks), is_factored };
+        self.solve(system, motion, linearisation, (node, last), matrix, || end.view(motion.at(node)))
     }
 
     /// Solves the adjoint equations of stage s between a node and the previous one.
@@ -113,8 +115,8 @@ impl AdjointSweep {
         let before = std::mem::take(&mut self.time);
         carried_part((&scheme, s), dt, &mut self.step, &mut self.carried);
         self.stage_cost_rows(system, motion, (node, s))?;
-        let h = dt * scheme.a(s, s);
-        self.solve(system, motion, linearisation, (node, s), (h, None, is_factored), || motion.at_stage(node, s))?;
+        let matrix = StageMatrix { h: dt * scheme.a(s, s), blocks: None, is_factored };
+        self.solve(system, motion, linearisation, (node, s), matrix, || motion.at_stage(node, s))?;
         self.add_inner_inputs(node, scheme.c(s));
         self.time += before;
         Ok(())
@@ -127,7 +129,7 @@ impl AdjointSweep {
         motion: &Motion,
         linearisation: &mut Linearisation,
         (node, s): (usize, usize),
-        with: (f64, Option<&[f64]>, &mut bool),
+        matrix: StageMatrix,
         at: impl Fn() -> NodeView<'a, f64>,
     ) -> Result<(), Error> {
         // Second derivatives may be nonzero where first ones vanish, but not before a cost has read the state.
@@ -141,7 +143,7 @@ impl AdjointSweep {
             }
             return Ok(());
         }
-        self.solve_stage(system, motion, linearisation, (node, s), with)?;
+        self.solve_stage(system, motion, linearisation, (node, s), matrix)?;
         self.input_rows(system, linearisation, at, node)
     }
 

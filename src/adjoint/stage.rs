@@ -15,15 +15,23 @@ use crate::node::Linearisation;
 use crate::system::Covector;
 use crate::{Error, System};
 
+/// The matrix K(h) of a stage.
+pub(super) struct StageMatrix<'a> {
+    pub(super) h: f64,
+    /// Second derivatives, unless they are those of the motion.
+    pub(super) blocks: Option<&'a [f64]>,
+    pub(super) is_factored: &'a mut bool,
+}
+
 impl AdjointSweep {
-    /// Solves the adjoint equations of stage s of the step that ends at node `i`, with its blocks or others. `is_factored`: K(h) is factored.
+    /// Solves the adjoint equations of stage s of the step that ends at node `i`.
     pub(super) fn solve_stage(
         &mut self,
         system: &System,
         motion: &Motion,
         linearisation: &mut Linearisation,
         (i, s): (usize, usize),
-        (h, blocks, is_factored): (f64, Option<&[f64]>, &mut bool),
+        StageMatrix { h, blocks, is_factored }: StageMatrix,
     ) -> Result<(), Error> {
         self.stage = s - 1;
         let at = motion.block_column(i - motion.first, s);

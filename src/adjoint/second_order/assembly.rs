@@ -9,8 +9,8 @@
 use super::changes::AssemblyChange;
 use super::sources::direction;
 use super::{First, SecondOrderSweep};
-use crate::adjoint::assembly::Side;
-use crate::motion::{Assembly, Motion, Which};
+use crate::adjoint::assembly::{AssembledStart, Side};
+use crate::motion::{Motion, Which};
 use crate::node::{ALONG, Linearisation};
 use crate::number::{Real, add};
 use crate::system::{Covector, NodeView, Pair, StateRows};
@@ -28,8 +28,9 @@ impl SecondOrderSweep {
     ) -> Result<(), Error> {
         let Some(assembly) = &motion.assembly else { return Ok(()) };
         let zeros = Pair::new(system.n(), system.m());
+        let of = AssembledStart { motion, assembly, zeros: &zeros };
         let (mut q, mut v) = (direction.start.q().clone(), direction.start.rate().clone());
-        let side = self.sweep.side(system, linearisation, Which::Coordinates, (motion, assembly, &zeros))?;
+        let side = self.sweep.side(system, linearisation, Which::Coordinates, of)?;
         let mut right = self.change_of_residual(system, linearisation, &side, [q.as_slice(), &zeros.v]);
         let (no_v, no_sigma, design) = (&zeros.v, &zeros.sigma, &self.change.design);
         let along =
@@ -38,7 +39,7 @@ impl SecondOrderSweep {
         right.sigma.iter_mut().zip(self.phi.evaluate(system)).for_each(|(right, phi)| *right = -phi.part(ALONG));
         let moved = side.tangent.solve(system, linearisation, &right)?;
         q += DVector::from_column_slice(&moved.v);
-        let side = self.sweep.side(system, linearisation, Which::Velocities, (motion, assembly, &zeros))?;
+        let side = self.sweep.side(system, linearisation, Which::Velocities, of)?;
         let right = self.change_of_residual(system, linearisation, &side, [q.as_slice(), v.as_slice()]);
         let mut velocity = side.tangent.solve(system, linearisation, &right)?;
         v += DVector::from_column_slice(&velocity.v);
@@ -81,7 +82,7 @@ impl SecondOrderSweep {
     ) -> Result<(), Error> {
         let (Some(assembly), Some(along)) = (&motion.assembly, self.of_assembly.take()) else { return Ok(()) };
         let zeros = Pair::new(system.n(), system.m());
-        let of = (motion, assembly, &zeros);
+        let of = AssembledStart { motion, assembly, zeros: &zeros };
         let [q_bar, v_bar] = of_start(system, motion, (linearisation, first));
         let (q, v) = (self.sweep.gradient.start.q().clone(), self.sweep.gradient.start.rate().clone());
         let q_dot = self.change.inputs.start.q().clone();
@@ -108,7 +109,7 @@ impl SecondOrderSweep {
         &mut self,
         system: &System,
         linearisation: &mut Linearisation,
-        (which, of): (Which, (&Motion, &Assembly, &Pair)),
+        (which, of): (Which, AssembledStart),
         directions: (&[f64], [&Pair; 2]),
         [bar, dot]: [&DVector<f64>; 2],
     ) -> Result<Through, Error> {

@@ -3,6 +3,7 @@
 use super::forward::along_start;
 use super::kept::Place;
 use super::{First, SecondOrderSweep};
+use crate::adjoint::stage::StageMatrix;
 use crate::adjoint::{AdjointSweep, Gradient};
 use crate::motion::{Examiner, Motion, Report};
 use crate::node::Linearisation;
@@ -94,7 +95,8 @@ impl SecondOrderSweep {
         let place = Place { column: motion.block_column(node, s), is_end: blocks.is_some() };
         let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), motion.at(node).t);
         let mut is_factored = self.kept.lend(system, linearisation, (place, h)).map_err(singular)?;
-        self.sweep.solve_stage(system, motion, linearisation, (node, s), (h, blocks, &mut is_factored))?;
+        let matrix = StageMatrix { h, blocks, is_factored: &mut is_factored };
+        self.sweep.solve_stage(system, motion, linearisation, (node, s), matrix)?;
         self.kept.take_back(linearisation, place);
         self.sweep.input_rows(system, linearisation, at, node)
     }

@@ -1,7 +1,7 @@
 //! Events at nodes (`event/`) in products with the Hessian.
 
 use super::changes::EventChange;
-use super::forward::stage_end;
+use super::forward::{StageEnd, stage_end};
 use super::sources::OfStage;
 use super::{First, SecondOrderSweep};
 use crate::System;
@@ -101,7 +101,7 @@ impl SecondOrderSweep {
     ) {
         let (node, last) = (happened.node, motion.trajectory.last_stage());
         let stage = motion.block_column(node, last);
-        let (_, at, blocks) = stage_end(motion, (node, last), Some(happened.end));
+        let StageEnd { at, blocks, .. } = stage_end(motion, (node, last), Some(happened.end));
         let SecondOrderSweep { sweep, change: of_motion, programs, first_rows: rows, .. } = self;
         let along = NodeView { q: &change.q, v: &change.v, sigma: &change.sigma, ..of_motion.at(node) };
         let h_dot = of_motion.length(node) * motion.trajectory.scheme.a(last, last);

@@ -9,6 +9,15 @@ use crate::scheme::known_part;
 use crate::system::{NodeView, Pair};
 use crate::{Error, Start, System};
 
+/// The state at the end of stage s of the step into a node, with the second derivatives there.
+pub(super) struct StageEnd<'a> {
+    node: usize,
+    s: usize,
+    pub(super) at: NodeView<'a, f64>,
+    pub(super) blocks: &'a [f64],
+    is_before_event: bool,
+}
+
 impl SecondOrderSweep {
     pub(super) fn forward(
         &mut self,
@@ -22,26 +31,19 @@ impl SecondOrderSweep {
         self.begin_motion(system, motion, linearisation);
         self.sigma_before.fill(0.0);
         linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));
-        self.solve(system, motion, linearisation, ((0, last), motion.at(0), motion.node_blocks(0)), (0.0, false))?;
+        self.solve(system, motion, linearisation, &stage_end(motion, (0, last), None), 0.0)?;
         for node in 1..motion.nodes() {
             let happened = motion.events.at(node);
             let ended = happened.map(|happened| happened.end);
             for s in 1..=last {
                 self.known_part(motion, (node, s), ended);
                 let end = stage_end(motion, (node, s), ended);
-                let is_end = s == last && ended.is_some();
-                self.solve(system, motion, linearisation, end, (motion.length(node) * scheme.a(s, s), is_end))?;
+                self.solve(system, motion, linearisation, &end, motion.length(node) * scheme.a(s, s))?;
             }
             if let Some(happened) = happened {
                 let singular = |breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), motion.time(node));
                 self.pass(system, motion, linearisation, happened).map_err(singular)?;
-                self.solve(
-                    system,
-                    motion,
-                    linearisation,
-                    ((node, last), motion.at(node), motion.node_blocks(node)),
-                    (0.0, false),
-                )?;
+                self.solve(system, motion, linearisation, &stage_end(motion, (node, last), None), 0.0)?;
             }
         }
         Ok(())
@@ -90,8 +92,8 @@ impl SecondOrderSweep {
         system: &System,
         motion: &Motion,
         linearisation: &mut Linearisation,
-        ((node, s), at, blocks): ((usize, usize), NodeView<f64>, &[f64]),
-        (h, is_end): (f64, bool),
+        &StageEnd { node, s, at, blocks, is_before_event }: &StageEnd,
+        h: f64,
     ) -> Result<(), Error> {
         let NodeView { u, t, design, .. } = self.change.at_stage(node, s);
         let along = NodeView::of_equations([&self.known_q, &self.zeros.v, &self.zeros.sigma], (u, t, design));
@@ -103,7 +105,7 @@ impl SecondOrderSweep {
         self.right.sigma.iter_mut().zip(self.sums.phi_dot()).for_each(|(right, phi_dot)| *right = -phi_dot);
         let compliance = linearisation.evaluation.compliance().iter();
         compliance.for_each(|&(j, mu)| self.right.sigma[j] -= mu * self.sigma_before[j]);
-        let place = Place { column: motion.block_column(node, s), is_end };
+        let place = Place { column: motion.block_column(node, s), is_end: is_before_event };
         let factored = match self.kept.lend(system, linearisation, (place, h)) {
             Ok(false) => linearisation.factor(system, h, blocks, &mut self.report),
             known => known.map(|_| linearisation.worst_pivot()),
@@ -154,15 +156,13 @@ impl SecondOrderSweep {
 }
 
 /// A stage of the step that ends at a node; if an event follows, the state before it.
-pub(super) fn stage_end<'a>(
-    motion: &'a Motion,
-    (node, s): (usize, usize),
-    ended: Option<StepEnd<'a>>,
-) -> ((usize, usize), NodeView<'a, f64>, &'a [f64]) {
-    match ended.filter(|_| s == motion.trajectory.last_stage()) {
-        None => ((node, s), motion.at_stage(node, s), motion.stage_blocks(node, s)),
-        Some(end) => ((node, s), end.view(motion.at(node)), end.blocks),
-    }
+pub(super) fn stage_end<'a>(motion: &'a Motion, (node, s): (usize, usize), ended: Option<StepEnd<'a>>) -> StageEnd<'a> {
+    let ended = ended.filter(|_| s == motion.trajectory.last_stage());
+    let (at, blocks) = match ended {
+        None => (motion.at_stage(node, s), motion.stage_blocks(node, s)),
+        Some(end) => (end.view(motion.at(node)), end.blocks),
+    };
+    StageEnd { node, s, at, blocks, is_before_event: ended.is_some() }
 }
 
 /// The direction of v̇ and σ̇, and of q̇ = h v̇.
