@@ -102,10 +102,18 @@ impl Free {
     }
 }
 
+/// An input, which may be free only once: its kind, its number within the kind, and its handle, if it has one.
+#[derive(PartialEq, Eq, Hash)]
+pub(super) struct Subject {
+    kind: u8,
+    index: usize,
+    handle: Option<Handle>,
+}
+
 impl Quantity {
-    /// Identifies an input, which may be free only once: its kind, its number within the kind, and its handle, if it has one.
-    pub(super) fn subject(&self) -> (u8, usize, Option<Handle>) {
-        let handled = |kind, handle: Handle| (kind, handle.index, Some(handle));
+    /// The input that is free.
+    pub(super) fn subject(&self) -> Subject {
+        let handled = |kind, handle: Handle| Subject { kind, index: handle.index, handle: Some(handle) };
         match self {
             Quantity::Control(control)
             | Quantity::LinearControl(control, _)
@@ -114,8 +122,8 @@ impl Quantity {
             Quantity::Design(design) => handled(1, design.0),
             Quantity::Coordinate(q) => handled(2, q.0),
             Quantity::Rate(q) => handled(3, q.0),
-            Quantity::Duration => (4, 0, None),
-            Quantity::StepLength(node) => (5, node.wrapping_sub(1), None),
+            Quantity::Duration => Subject { kind: 4, index: 0, handle: None },
+            Quantity::StepLength(node) => Subject { kind: 5, index: node.wrapping_sub(1), handle: None },
         }
     }
 
@@ -125,7 +133,7 @@ impl Quantity {
     /// A quantity that does not exist or belongs to another scene.
     pub(super) fn name(&self, system: &System, steps: usize) -> Result<String, Error> {
         let counts = [system.k(), system.designs(), system.n(), system.n(), 1, steps];
-        let (kind, index, handle) = self.subject();
+        let Subject { kind, index, handle } = self.subject();
         if index >= counts[usize::from(kind)] || handle.is_some_and(|handle| !system.owns(handle)) {
             let kinds = ["control", "design variable", "coordinate", "coordinate", "duration", "step"];
             let number = if kind == 5 { index.wrapping_add(1) } else { index };

@@ -78,8 +78,8 @@ pub(super) struct Descent<'o> {
     start: Vec<f64>,
     /// The magnitude of gradients, relative to which their squares do not overflow or underflow.
     unit: f64,
-    /// Steps s, changes y of the gradient in this unit, and 1/(sᵀy).
-    pairs: VecDeque<(Vec<f64>, Vec<f64>, f64)>,
+    /// Steps s, and changes y of the gradient in this unit.
+    pairs: VecDeque<(Vec<f64>, Vec<f64>)>,
     pub(super) history: Vec<Iterate>,
 }
 
@@ -229,12 +229,12 @@ impl<'o> Descent<'o> {
         free(&mut d);
         // Each pair with 1/(sᵀy) over the free variables, unless no curvature is left there, and with its factor.
         let mut used = Vec::with_capacity(self.pairs.len());
-        for (s, y, rho) in self.pairs.iter().rev() {
-            let rho = match is_any_held {
-                false => *rho,
-                true if is_curved(dot(s, y), dot(s, s), dot(y, y)) => 1.0 / dot(s, y),
-                true => continue,
-            };
+        for (s, y) in self.pairs.iter().rev() {
+            let curvature = dot(s, y);
+            if is_any_held && !is_curved(curvature, dot(s, s), dot(y, y)) {
+                continue;
+            }
+            let rho = 1.0 / curvature;
             let factor = rho * dot(s, &d);
             add(&mut d, -factor, y);
             used.push((s, y, rho, factor));
@@ -255,12 +255,11 @@ impl<'o> Descent<'o> {
     fn remember(&mut self, next: &Point) {
         let s: Vec<f64> = next.x.iter().zip(&self.at.x).map(|(new, old)| new - old).collect();
         let y: Vec<f64> = next.gradient.iter().zip(&self.at.gradient).map(|(new, old)| (new - old) / self.unit).collect();
-        let curvature = dot(&s, &y);
-        if is_curved(curvature, dot(&s, &s), dot(&y, &y)) {
+        if is_curved(dot(&s, &y), dot(&s, &s), dot(&y, &y)) {
             if self.pairs.len() == self.options.memory.max(1) {
                 self.pairs.pop_front();
             }
-            self.pairs.push_back((s, y, 1.0 / curvature));
+            self.pairs.push_back((s, y));
         }
     }
 }

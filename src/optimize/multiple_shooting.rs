@@ -103,7 +103,7 @@ impl<'s> MultipleShooting<'s> {
                 };
                 names.extend(states.iter().flat_map(of));
             }
-            all.push(Segment::new((system, settings), (&inputs, &free, states), (first, last), &mut next)?);
+            all.push(Segment::new((system, settings), &inputs, &free, states, (first, last), &mut next)?);
         }
         let mut constraints = default_constraints(system);
         constraints.resize(running.len() + 2 * states.len() * (segments - 1), Interval::ZERO);

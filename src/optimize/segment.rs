@@ -26,7 +26,9 @@ impl<'s> Segment<'s> {
     /// Invalid inputs and variables.
     pub(super) fn new(
         (system, settings): (&'s System, Settings),
-        (whole, free, states): (&Inputs, &[Free], &[EndState]),
+        whole: &Inputs,
+        free: &[Free],
+        states: &[EndState],
         (first, last): (usize, usize),
         next: &mut usize,
     ) -> Result<Self, Error> {

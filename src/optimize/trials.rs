@@ -5,6 +5,7 @@ use nalgebra::DMatrix;
 use super::motion_problem::MotionProblem;
 use super::problem::{Interval, Problem};
 use super::sizes::Sizes;
+use super::variables::Meaning;
 use crate::{Error, Report, Warning};
 
 /// A problem made of several motions: the sum of their costs, and all their outputs in sequence. Use it for trials of one experiment with
@@ -32,7 +33,7 @@ impl<'s> Trials<'s> {
                 return Err(Error::Size { what, expected, found });
             }
             if let Some(i) = (0..found).find(|&i| motion.free().meaning(i) != first.free().meaning(i)) {
-                let (name, _, value, _) = motion.free().meaning(i);
+                let Meaning { name, scale: value, .. } = motion.free().meaning(i);
                 let what = format!("the scale of variable {i} of trial {trial}, `{name}`,");
                 let must_be = "that of the same quantity as in trial 0, with the same scale and form";
                 return Err(Error::Parameter { what, value, must_be });

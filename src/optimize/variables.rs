@@ -11,6 +11,15 @@ use crate::{Error, Gradient, Inputs, System};
 
 const NODES: &str = "the nodes of the inputs, which must be those for which the variables were created";
 
+/// The meaning of a variable, independent of the system.
+#[derive(PartialEq)]
+pub(super) struct Meaning<'a> {
+    pub(super) name: &'a str,
+    kind: Discriminant<Quantity>,
+    pub(super) scale: f64,
+    logarithm: bool,
+}
+
 /// The free variables in order, and their map to the inputs.
 #[derive(Clone, Debug)]
 pub struct Variables {
@@ -129,10 +138,10 @@ impl Variables {
         &self.names[i]
     }
 
-    /// The meaning of variable i, independent of the system: name, kind, scale, and true if it is a logarithm.
-    pub(super) fn meaning(&self, i: usize) -> (&str, Discriminant<Quantity>, f64, bool) {
+    /// The meaning of variable i.
+    pub(super) fn meaning(&self, i: usize) -> Meaning<'_> {
         let of = &self.free[self.first.partition_point(|first| *first <= i) - 1];
-        (self.name(i), discriminant(&of.quantity), of.scale, of.logarithm)
+        Meaning { name: self.name(i), kind: discriminant(&of.quantity), scale: of.scale, logarithm: of.logarithm }
     }
 
     /// The bounds of all variables.

@@ -286,7 +286,7 @@ impl Method {
         while step.length > LEAST && !problem.is_stopped() {
             let foreseen = self.weigh(&step);
             let here = self.merit(self.value, &self.y, &self.c);
-            let (next, mut ratio) = self.better_trial(problem, (&step, &projection, &scales), (here, foreseen));
+            let (next, mut ratio) = self.better_trial(problem, &step, &projection, &scales, (here, foreseen));
             if ratio >= ACCEPTED
                 && let Some(derivatives) = self.derivatives_at(problem, &next.y)
             {

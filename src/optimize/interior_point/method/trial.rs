@@ -46,7 +46,9 @@ impl Method {
     pub(super) fn better_trial(
         &self,
         problem: &mut Counted,
-        (step, projection, scales): (&Step, &Projection, &DVector<f64>),
+        step: &Step,
+        projection: &Projection,
+        scales: &DVector<f64>,
         (here, foreseen): (f64, f64),
     ) -> (Trial, f64) {
         let mut best = self.try_step(problem, &step.p, scales);
