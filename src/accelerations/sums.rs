@@ -90,7 +90,7 @@ impl<R: Real> Trajectory<R> {
         let first = if system.has_running_cost(&costs.factors) { 0 } else { self.last() };
         let mut sums = vec![R::zero(); costs.factors.len()];
         for i in first..self.computed {
-            self.sum_costs_of_step(system, (inputs, &design), (&mut costs, i, i), &mut sums)?;
+            self.sum_costs_of_step(system, (inputs, &design), &mut costs, (i, i), &mut sums)?;
         }
         *accelerations = costs.accelerations;
         check_sums(system, &sums)?;
@@ -105,11 +105,12 @@ impl<R: Real> Trajectory<R> {
         &self,
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
-        (costs, i, column): (&mut CostSum, usize, usize),
+        costs: &mut CostSum,
+        (i, column): (usize, usize),
         sums: &mut [R],
     ) -> Result<(), Error> {
         let mut all_finite = true;
-        self.costs_of_step(system, (inputs, design), (costs, i, column), &mut |output, term| {
+        self.costs_of_step(system, (inputs, design), costs, (i, column), &mut |output, term| {
             all_finite &= is_finite(term);
             sums[output] += term;
         })?;
@@ -117,7 +118,7 @@ impl<R: Real> Trajectory<R> {
             return Ok(());
         }
         let missing = costs.accelerations.missing.take();
-        Err(missing.unwrap_or_else(|| self.bad_cost(system, (inputs, design), (costs, i, column))))
+        Err(missing.unwrap_or_else(|| self.bad_cost(system, (inputs, design), costs, (i, column))))
     }
 
     /// Passes to `add` all contributions to J and the outputs of node `i`, stored in `column`, and of the stages between it and the previous node.
@@ -128,12 +129,13 @@ impl<R: Real> Trajectory<R> {
         &self,
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
-        (costs, i, column): (&mut CostSum, usize, usize),
+        costs: &mut CostSum,
+        (i, column): (usize, usize),
         add: &mut dyn FnMut(usize, R),
     ) -> Result<(), Error> {
         costs.accelerations.missing = None;
         let (place, refinement) = ((i, self.compliance_from(i)), costs.refinement);
-        self.each_place(system, (inputs, design), (refinement, i, column), &mut |at, weights| {
+        self.each_place(system, (inputs, design), refinement, (i, column), &mut |at, weights| {
             costs.add(system, (at, place), weights, add)
         })
     }
@@ -143,7 +145,8 @@ impl<R: Real> Trajectory<R> {
         &self,
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
-        (refinement, i, column): (&Refinement, usize, usize),
+        refinement: &Refinement,
+        (i, column): (usize, usize),
         visit: Visit<R>,
     ) -> Result<(), Error> {
         let has_rates = system.has_control_rates();
@@ -170,14 +173,15 @@ impl<R: Real> Trajectory<R> {
         &self,
         system: &System,
         (inputs, design): (&Inputs<R>, &[R]),
-        (costs, node, column): (&CostSum, usize, usize),
+        costs: &CostSum,
+        (node, column): (usize, usize),
     ) -> Error {
         let mut rows = CostRows::new((system.n(), system.m(), system.k()), system.parameters().len(), system.outputs());
         rows.factors.copy_from(&costs.factors);
         let (mut accelerations, given) = (Accelerations::new(system), costs.refinement.node_of_whole(node));
         // Error at the last place, for sums that are not finite although every cost is finite.
         let mut of_all = Error::Overflow { what: "J".into(), value: f64::NAN };
-        let visited = self.each_place(system, (inputs, design), (costs.refinement, node, column), &mut |at, weights| {
+        let visited = self.each_place(system, (inputs, design), costs.refinement, (node, column), &mut |at, weights| {
             let (real, weights) = (NodeValues::of_costs(at, |x| x.part(0)), weights.map(|x| x.part(0)));
             let at = real.view();
             if accelerations.evaluate(system, &at, (node, self.compliance_from(node))).is_err() {

@@ -9,7 +9,7 @@ const TEMPLATE: &str = include_str!("page.html");
 pub(super) fn html(animation: &Animation) -> String {
     let Animation { title, times, plots, .. } = animation;
     let figure = &animation.figure.framed();
-    let (under, groups, above) = groups(figure);
+    let (groups, [under, above]) = groups(figure);
     let moving: String = groups.iter().map(|group| format!("<g class=\"moving\">{}</g>", group.shapes)).collect();
     let picture = format!(
         "{}<g>{under}</g><g id=\"trails\"></g>{moving}<g>{above}</g></g></svg>",

@@ -201,8 +201,8 @@ impl Pen {
     }
 }
 
-/// Fixed shapes below the moving groups, these groups in the order in which they are drawn, and fixed shapes above them.
-pub(super) fn groups(figure: &Figure) -> (String, Vec<Group>, String) {
+/// Moving groups in the order in which they are drawn, and the fixed shapes below and above them.
+pub(super) fn groups(figure: &Figure) -> (Vec<Group>, [String; 2]) {
     let pen = Pen::new(figure);
     let marks_of = |body: Option<usize>| -> [String; 2] {
         let marks: Vec<[String; 2]> =
@@ -230,7 +230,7 @@ pub(super) fn groups(figure: &Figure) -> (String, Vec<Group>, String) {
         all.push(Group { shapes: pen.arrow(arrow), poses: arrow_poses(figure, arrow), is_body: false, follows: None });
     }
     let [under, above] = marks_of(None);
-    (under, all, if figure.is_empty() { pen.note(NOTHING) } else { above })
+    (all, [under, if figure.is_empty() { pen.note(NOTHING) } else { above }])
 }
 
 fn link_poses(figure: &Figure, link: &Link) -> Vec<[f64; 5]> {
@@ -283,7 +283,7 @@ fn picture(figure: &Figure, title: &str, shapes: [&str; 3]) -> String {
 
 /// A picture of one frame.
 pub(super) fn still(figure: &Figure, frame: usize, title: &str) -> String {
-    let (under, groups, above) = groups(figure);
+    let (groups, [under, above]) = groups(figure);
     let digits = Pen::new(figure).digits;
     let moved = groups.iter().map(|group| {
         let [x, y, phi, along, across] = group.poses[frame];
@@ -310,7 +310,7 @@ pub(super) fn passed(times: &[f64]) -> Vec<f64> {
 
 /// All frames in an endless loop.
 pub(super) fn animated(figure: &Figure, times: &[f64], title: &str) -> String {
-    let (under, groups, above) = groups(figure);
+    let (groups, [under, above]) = groups(figure);
     let last = figure.frames.saturating_sub(1);
     let spaces = last.min(MOST_KEYS - 1);
     // Evenly spaced, including the last one.

@@ -34,14 +34,14 @@ pub(crate) struct Assembler<'a> {
 
 impl Assembler<'_> {
     /// The start for a guess. If the assembly fails and an element is not finite at the guess, the error names the element.
-    pub(crate) fn assemble(&mut self, guess: (&[f64], &[f64], &Held), given: Given) -> Result<(Start, Assembly), Error> {
+    pub(crate) fn assemble(&mut self, q: &[f64], v: &[f64], held: &Held, given: Given) -> Result<(Start, Assembly), Error> {
         let multipliers = vec![0.0; self.system.m()];
         let system = self.system;
-        let blame = |error| system.find_not_finite(&given.at(guess.0, guess.1, &multipliers), 0).unwrap_or(error);
-        self.assemble_from(guess, given).map_err(blame)
+        let blame = |error| system.find_not_finite(&given.at(q, v, &multipliers), 0).unwrap_or(error);
+        self.assemble_from(q, v, held, given).map_err(blame)
     }
 
-    fn assemble_from(&mut self, (q, v, held): (&[f64], &[f64], &Held), given: Given) -> Result<(Start, Assembly), Error> {
+    fn assemble_from(&mut self, q: &[f64], v: &[f64], held: &Held, given: Given) -> Result<(Start, Assembly), Error> {
         let zeros = Pair::new(self.system.n(), self.system.m());
         let mut moved = zeros.clone();
         self.move_coordinates(q, &indices(&held.coordinates), &mut moved, given)?;

@@ -51,13 +51,14 @@ impl Monitor {
             self.lengths.phi.iter().zip(&self.lengths.of_equations).enumerate().filter(|(_, (phi, _))| **phi > 0.0);
         // An infinite violation counts even if the length is infinite.
         let share = |phi: f64, length: f64| if phi.is_finite() { phi / length } else { phi };
-        let worst = violated.map(|(j, (&phi, &length))| (j, phi, share(phi, length))).max_by(|a, b| a.2.total_cmp(&b.2));
-        if let Some(worst) = worst.filter(|(_, _, share)| *share > Warning::DRIFT) {
-            self.warn_of_drift(system, motion, node, worst);
+        let worst =
+            violated.map(|(j, (&phi, &length))| (j, phi, share(phi, length))).max_by(|(.., a), (.., b)| a.total_cmp(b));
+        if let Some((j, violation, share)) = worst.filter(|(_, _, share)| *share > Warning::DRIFT) {
+            self.warn_of_drift(system, motion, node, j, violation, share);
         }
     }
 
-    fn warn_of_drift(&mut self, system: &System, motion: &Motion, node: usize, (j, violation, share): (usize, f64, f64)) {
+    fn warn_of_drift(&mut self, system: &System, motion: &Motion, node: usize, j: usize, violation: f64, share: f64) {
         let before = self.report.warnings.iter().find_map(|warning| match warning {
             Warning::Drift { step, time, share, .. } => Some((*step, *time, *share)),
             _ => None,

@@ -63,7 +63,7 @@ impl ForwardSweep {
         // Larger tolerances are meant for given starts.
         let tolerance = settings.position_tolerance.min(Settings::default().position_tolerance);
         let mut assembler = Assembler { system, linearisation, report, tolerance };
-        let assembled = assembler.assemble((q.as_slice(), v.as_slice(), held), given);
+        let assembled = assembler.assemble(q.as_slice(), v.as_slice(), held, given);
         let (start, assembly) = assembled.map_err(|error| error.started_at(inputs.grid.around[0]))?;
         self.motion.inputs.start = start;
         self.motion.assembly = Some(assembly);

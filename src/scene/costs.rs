@@ -79,7 +79,7 @@ impl Scene {
     ) where
         C: Cost<N, M, K, P>,
     {
-        self.add_cost((name, 0), (Fixed(cost), sum), (&q, &sigma, &u), &b);
+        self.add_cost((name, 0), (Fixed(cost), sum), &q, &sigma, &u, &b);
     }
 
     /// Adds an output, a scalar result of the motion in addition to J. Its value is the sum of its terms ([`term`](Self::term)).
@@ -140,7 +140,7 @@ impl Scene {
         C: Cost<N, M, K, P>,
     {
         if self.check(name, "output", [output.0]) {
-            self.add_cost((name, 1 + output.index()), (Fixed(term), sum), (&q, &sigma, &u), &b);
+            self.add_cost((name, 1 + output.index()), (Fixed(term), sum), &q, &sigma, &u, &b);
         }
     }
 
@@ -202,7 +202,7 @@ impl Scene {
         u: &[Control],
         b: &[Param],
     ) {
-        self.add_cost((name, 0), (cost, sum), (q, sigma, u), b);
+        self.add_cost((name, 0), (cost, sum), q, sigma, u, b);
     }
 
     /// Adds a term as a function of lists ([`ListCost`]) to an output.
@@ -219,7 +219,7 @@ impl Scene {
         b: &[Param],
     ) {
         if self.check(name, "output", [output.0]) {
-            self.add_cost((name, 1 + output.index()), (term, sum), (q, sigma, u), b);
+            self.add_cost((name, 1 + output.index()), (term, sum), q, sigma, u, b);
         }
     }
 
@@ -227,7 +227,9 @@ impl Scene {
         &mut self,
         (name, output): (&str, usize),
         (cost, sum): (impl ListCost, Sum),
-        (q, sigma, u): (&[Coordinate], &[Multiplier], &[Control]),
+        q: &[Coordinate],
+        sigma: &[Multiplier],
+        u: &[Control],
         b: &[Param],
     ) {
         let known = self.check(name, "coordinate", q.iter().map(|q| q.0))

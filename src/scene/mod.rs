@@ -271,7 +271,7 @@ impl Scene {
         u: &[Control],
         b: &[Param],
     ) {
-        self.add(name, (TypeId::of::<T>(), &[], Arc::new(formula)), (q, sigma), u, b);
+        self.add(name, (TypeId::of::<T>(), &[]), Arc::new(formula), (q, sigma), u, b);
     }
 
     /// Adds an element of which only the coordinates `there` (by their numbers in the element) exist.
@@ -286,13 +286,14 @@ impl Scene {
     ) {
         let (is_whole, formula): (bool, Arc<dyn AnyElement>) = (there.len() == formula.shape().n, Arc::new(formula));
         let formula = if is_whole { formula } else { Arc::new(Restricted { inner: formula, there }) };
-        self.add(name, (TypeId::of::<T>(), if is_whole { &[] } else { there }, formula), on, u, b);
+        self.add(name, (TypeId::of::<T>(), if is_whole { &[] } else { there }), formula, on, u, b);
     }
 
     fn add(
         &mut self,
         name: &str,
-        (of, there, formula): (TypeId, &'static [usize], Arc<dyn AnyElement>),
+        batch: (TypeId, &'static [usize]),
+        formula: Arc<dyn AnyElement>,
         (q, sigma): (&[Coordinate], Range<usize>),
         u: &[Control],
         b: &[Param],
@@ -312,7 +313,7 @@ impl Scene {
             u: u.iter().map(|u| u.index()).collect(),
             b: b.to_vec(),
         };
-        self.parts.batches.push((of, there), PlacedElement::new(name, formula, to));
+        self.parts.batches.push(batch, PlacedElement::new(name, formula, to));
     }
 
     /// Adds the equations of a constraint.

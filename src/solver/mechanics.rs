@@ -190,7 +190,8 @@ impl<'s> Mechanics<'s> {
     /// If the point belongs to another scene, or its position in the body is an expression of design variables created after the scene was
     /// compiled.
     pub fn position(&self, point: Point) -> [f64; 2] {
-        let ([x, y, _], [along, across], (sin, cos)) = self.frame(point);
+        let ([x, y, phi], [along, across]) = self.frame(point);
+        let (sin, cos) = phi.sin_cos();
         [x + cos * along - sin * across, y + sin * along + cos * across]
     }
 
@@ -199,7 +200,8 @@ impl<'s> Mechanics<'s> {
     /// # Panics
     /// As [`position`](Self::position).
     pub fn velocity(&self, point: Point) -> [f64; 2] {
-        let (_, [along, across], (sin, cos)) = self.frame(point);
+        let ([_, _, phi], [along, across]) = self.frame(point);
+        let (sin, cos) = phi.sin_cos();
         let [x_dot, y_dot, phi_dot] = point.frame().place(|q| self.v[q.index()]);
         [x_dot - phi_dot * (sin * along + cos * across), y_dot + phi_dot * (cos * along - sin * across)]
     }
@@ -214,8 +216,8 @@ impl<'s> Mechanics<'s> {
         self.system.parameters().value_of(param, &self.design)
     }
 
-    /// x, y and φ of a point's frame, the position of the point in it, and sine and cosine of φ.
-    fn frame(&self, point: Point) -> ([f64; 3], [f64; 2], (f64, f64)) {
+    /// x, y and φ of a point's frame, and the position of the point in it.
+    fn frame(&self, point: Point) -> ([f64; 3], [f64; 2]) {
         let place = point.frame().place(|q| {
             assert!(self.system.owns(q.0), "the point belongs to a body of another scene");
             self.q[q.index()]
@@ -227,7 +229,7 @@ impl<'s> Mechanics<'s> {
             );
             self.parameter(param)
         });
-        (place, at, place[2].sin_cos())
+        (place, at)
     }
 
     fn view<'a>(&'a self, sigma: &'a [f64]) -> NodeView<'a, f64> {

@@ -64,7 +64,7 @@ pub(super) fn identity(
     let mut costs = CostSum::new(&refinement, CostFactors::of_one(which, system.outputs()));
     for i in (1..taken.grid.nodes()).rev() {
         // All other costs have the factor 0.
-        motion.costs_of_step(system, (moved, &design), (&mut costs, i, i), &mut |_, term: Dual64| by_tangent += term.eps)?;
+        motion.costs_of_step(system, (moved, &design), &mut costs, (i, i), &mut |_, term: Dual64| by_tangent += term.eps)?;
         if !are_held {
             of_controls += gradient.controls.column(i).dot(&direction.controls.column(i));
         }

@@ -30,8 +30,8 @@ impl<'a> Sums<'a> {
         for (costs, sums) in &mut self.0 {
             let Ok(so_far) = sums else { continue };
             if is_last || system.has_running_cost(&costs.factors) {
-                let (inputs, place) = ((&motion.inputs, &motion.design[..]), (costs, node, node - motion.first));
-                let added = motion.trajectory.sum_costs_of_step(system, inputs, place, so_far);
+                let (inputs, place) = ((&motion.inputs, &motion.design[..]), (node, node - motion.first));
+                let added = motion.trajectory.sum_costs_of_step(system, inputs, costs, place, so_far);
                 added.unwrap_or_else(|error| *sums = Err(error));
             }
         }
