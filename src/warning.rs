@@ -144,6 +144,26 @@ pub enum Warning {
         /// The missing share of the effect on the cost, over all events and elements.
         share: f64,
     },
+    /// A contact begins or ends, or friction reverses, between two nodes, and the gradient depends on where between them this happens: the kink has
+    /// another distance from the nodes on another grid, and the discrete J zigzags with this distance. The gradient is exact for the discrete
+    /// motion, but may differ much from that of the continuous motion, to which [`Gradient::frozen`](crate::Gradient::frozen) is close if at least
+    /// four steps lie within a contact.
+    ///
+    /// The warning is given if a derivative of the two gradients differs by more than [`GRID_PHASE`](Warning::GRID_PHASE).
+    GridPhase {
+        /// The element whose kink has the largest effect.
+        element: String,
+        /// The step within which this kink lies, counted from 1.
+        step: usize,
+        /// Time at the end of this step, s.
+        time: f64,
+        /// The derivative that differs most; of a control, the norm over all its values.
+        of: String,
+        /// This derivative in the gradient.
+        value: f64,
+        /// The same derivative at frozen grid phase.
+        frozen: f64,
+    },
     /// Positions violate a constraint by more than [`DRIFT`](Warning::DRIFT) times the lengths in it, because only the velocities satisfy
     /// dΦ/dt = 0 and positions follow by quadrature. The result is no longer a motion of this mechanism.
     ///
@@ -195,6 +215,8 @@ impl Warning {
     pub const GROWTH: f64 = 1e8;
     /// A warning is given if at least this share of an element's effect within steps is missing.
     pub const BENT: f64 = 0.15;
+    /// A warning is given if a derivative differs from the one at frozen grid phase by more than this fraction.
+    pub const GRID_PHASE: f64 = 0.05;
     /// A warning is given if a coordinate turns by more than this angle in one step, rad: a quarter of a revolution.
     pub const TURN: f64 = std::f64::consts::FRAC_PI_2;
     /// A warning is given if the violation of a constraint, relative to the lengths in it, exceeds this value.
@@ -281,6 +303,11 @@ impl fmt::Display for Warning {
                 f,
                 "`{element}` changes faster than the steps: its derivatives at the ends of the steps do not account for {share:.1e} of its effect on the cost, with the largest part in step {step} (t = {} s); the gradient is exact for the discrete motion, but may differ much from that of the continuous \
                  motion; use shorter steps there, or an element that changes more slowly (a wider velocity range of friction, a softer contact)",
+                seconds(*time)
+            ),
+            Warning::GridPhase { element, step, time, of, value, frozen } => write!(
+                f,
+                "`{element}` has a kink within step {step} (t = {} s), and the gradient depends on where in the step it lies: {of} is {value:.4e} for this grid, but {frozen:.4e} for nodes that keep their distance from the kink; use `Gradient::frozen`, which is close to the gradient of the continuous motion if at least four steps lie within a contact",
                 seconds(*time)
             ),
             Warning::Drift { equation, violation, share, step, time } => write!(

@@ -62,11 +62,14 @@ impl AdjointSweep {
         (node, is_event): (usize, bool),
         is_factored: &mut bool,
     ) -> Result<(), Error> {
-        self.cost_rows(system, motion, node)?;
+        if self.costs_known.take() != Some(node) {
+            self.cost_rows(system, motion, node)?;
+        }
         if !self.cost_is_zero {
             self.growth.add_source(motion, &linearisation.weights, &self.cost, node);
         }
         self.take_earlier_sigma(node);
+        self.take_source(node);
         let (last, h) = (motion.trajectory.last_stage(), half_step(motion, node));
         let h = if is_event || node == 0 { 0.0 } else { h };
         let matrix = StageMatrix { h, blocks: None, is_factored };

@@ -22,6 +22,10 @@ pub struct Gradient {
     /// dJ/dΔt_i of the steps i = 1 … N. Their sum, weighted with the fractions of the steps in the duration, is the derivative with respect to the
     /// final time.
     pub steps: Vec<f64>,
+    /// The derivatives at frozen grid phase: those of a grid that moves with the kinks of the motion, where contacts begin or end or friction
+    /// reverses. `None` if no kink of an element lies between two nodes. They are close to the derivatives of the continuous motion where the others
+    /// are not ([`Warning::GridPhase`]).
+    pub frozen: Option<Box<Gradient>>,
     /// Warnings of the motion and of the backward sweep.
     pub warnings: Vec<Warning>,
 }
@@ -55,6 +59,14 @@ pub struct AdjointVariables {
 }
 
 impl Gradient {
+    /// A gradient for a motion without nodes.
+    pub(super) fn empty(system: &System) -> Self {
+        let (n, controls) = (system.n(), DMatrix::zeros(system.k(), 0));
+        let start = Start::Velocity { q: DVector::zeros(n), v: DVector::zeros(n) };
+        let (design, steps, warnings) = (DVector::zeros(system.designs()), Vec::new(), Vec::new());
+        Gradient { value: 0.0, controls, design, start, steps, frozen: None, warnings }
+    }
+
     /// Multiplies all derivatives by a factor.
     pub(super) fn multiply(&mut self, factor: f64) {
         self.controls *= factor;
@@ -62,6 +74,7 @@ impl Gradient {
         *self.start.q_mut() *= factor;
         *self.start.rate_mut() *= factor;
         self.steps.iter_mut().for_each(|d| *d *= factor);
+        self.frozen.iter_mut().for_each(|frozen| frozen.multiply(factor));
     }
 
     /// Returns an error if a sum over the nodes has overflowed; `first` is the number of the first node.

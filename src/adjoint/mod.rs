@@ -7,6 +7,8 @@ mod cost_node;
 mod costs;
 mod event;
 mod gradient;
+mod grid_phase;
+mod grid_phase_warning;
 mod growth;
 mod record;
 mod resolution;
@@ -15,5 +17,6 @@ mod stage;
 mod sweep;
 
 pub use gradient::{AdjointVariables, Gradient};
+pub(crate) use grid_phase::GridPhase;
 pub(crate) use second_order::SecondOrderSweep;
 pub(crate) use sweep::AdjointSweep;

@@ -12,7 +12,7 @@
 //!
 //! With other schemes A, B, α, β (`scheme/parts.rs`) replace a₊, b₊, h₊ a₊, h₊ b₊; [`stage`](super::stage) solves each stage.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use crate::adjoint::accuracy::Accuracy;
 use crate::adjoint::cost_node::CostNode;
@@ -57,6 +57,10 @@ pub(crate) struct AdjointSweep {
     pub(super) after: AfterRows,
     pub(super) own: Pair,
     pub(super) earlier: EarlierSigma,
+    /// The node whose costs were evaluated before the sweep arrived there.
+    pub(super) costs_known: Option<usize>,
+    /// A node, and the derivatives of a function of its state to be added there.
+    pub(super) source: Option<(usize, Box<CostRows>)>,
     pub(super) growth: Growth,
     pub(super) accuracy: Accuracy,
     /// dJ/du of the current node or stage.
@@ -74,10 +78,8 @@ impl AdjointSweep {
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![0.0; len];
         let stage = StageAdjoint { a: zeros(n), b: zeros(n), c: zeros(n), d: zeros(n), e: zeros(m) };
-        let start = Start::Velocity { q: DVector::zeros(n), v: DVector::zeros(n) };
-        let (controls, design) = (DMatrix::zeros(system.k(), 0), DVector::zeros(system.designs()));
         AdjointSweep {
-            gradient: Gradient { value: 0.0, controls, design, start, steps: Vec::new(), warnings: Vec::new() },
+            gradient: Gradient::empty(system),
             report: Report::default(),
             variables: None,
             record: None,
@@ -97,6 +99,8 @@ impl AdjointSweep {
             after: AfterRows { p_star: zeros(n), sigma: zeros(m) },
             own: Pair::new(n, m),
             earlier: EarlierSigma { node: None, rows: zeros(m) },
+            costs_known: None,
+            source: None,
             growth: Growth::default(),
             accuracy: Accuracy::default(),
             u: zeros(system.k()),
@@ -164,6 +168,7 @@ impl AdjointSweep {
         self.refinement = motion.refinement();
         self.earlier.rows.fill(0.0);
         self.earlier.node = None;
+        self.costs_known = None;
         self.growth.begin(motion);
         self.cost_node.begin();
         self.accuracy = Accuracy::default();
@@ -180,6 +185,7 @@ impl AdjointSweep {
             gradient.start = inputs.start.clone();
         }
         gradient.value = 0.0;
+        gradient.frozen = None;
         self.is_recorded = false;
         if let Some(record) = &mut self.record {
             record.fit(system, motion.blocks.ncols());

@@ -24,6 +24,7 @@ mod transposed;
 mod tests;
 
 pub(crate) use correction::{SETTLED, Shrinking, Size, add_correction, diverged, overflow};
+pub(crate) use evaluation::Evaluation;
 pub(crate) use lengths::Lengths;
 pub(crate) use linearisation::Linearisation;
 pub(crate) use lost_digits::warn_of_lost_digits;

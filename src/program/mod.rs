@@ -18,6 +18,7 @@ mod factors;
 mod function;
 mod graph;
 mod kernel;
+mod kinks;
 mod lanes;
 mod places;
 #[expect(clippy::module_inception, reason = "the result has the name of the room")]

@@ -62,6 +62,19 @@ impl Carried {
         self.factor = 0.0;
     }
 
+    pub(crate) fn copy_from(&mut self, other: &Carried) {
+        self.clear();
+        self.add_multiple(1.0, other);
+    }
+
+    /// Adds a multiple of the contributions at the same place.
+    pub(crate) fn add_multiple(&mut self, factor: f64, other: &Carried) {
+        let Carried { a, b, e, alpha, beta, .. } = self;
+        let pairs = [(a, &other.a), (b, &other.b), (e, &other.e), (alpha, &other.alpha), (beta, &other.beta)];
+        pairs.into_iter().for_each(|(own, other)| add(own, factor, other));
+        self.factor = other.factor;
+    }
+
     /// Moves the adjoint variables of the only stage of a step here; they are not needed there any more.
     #[inline]
     fn take(&mut self, only: &mut StageAdjoint, factor: f64) {

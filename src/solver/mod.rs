@@ -18,7 +18,7 @@ pub use stopped::Stopped;
 
 use nalgebra::DVector;
 
-use crate::adjoint::{AdjointSweep, AdjointVariables, Gradient, SecondOrderSweep};
+use crate::adjoint::{AdjointSweep, AdjointVariables, Gradient, GridPhase, SecondOrderSweep};
 use crate::forward::ForwardSweep;
 use crate::motion::Motion;
 use std::ops::ControlFlow;
@@ -48,7 +48,9 @@ pub struct Solver<'s> {
     system: &'s System,
     settings: Settings,
     forward: ForwardSweep,
-    sweep: AdjointSweep,
+    /// The sweep for J, and those of its kinks.
+    sweeps: Vec<AdjointSweep>,
+    phase: GridPhase,
     /// One sweep for each requested output.
     rows: Vec<AdjointSweep>,
     products: Option<Box<SecondOrderSweep>>,
@@ -67,7 +69,8 @@ impl<'s> Solver<'s> {
             system,
             settings,
             forward: ForwardSweep::new(system, settings.scheme),
-            sweep: AdjointSweep::new(system, settings.scheme),
+            sweeps: vec![AdjointSweep::new(system, settings.scheme)],
+            phase: GridPhase::default(),
             rows: Vec::new(),
             products: None,
         }
@@ -80,7 +83,7 @@ impl<'s> Solver<'s> {
 
     /// Discards the results that belong to another motion.
     fn forget(&mut self) {
-        self.sweep.forget();
+        self.sweeps[0].forget();
         self.products.iter_mut().for_each(|products| products.forget());
     }
 
@@ -215,13 +218,13 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// No complete motion; a cost that is not finite; a singular tangent matrix.
     pub fn gradient(&mut self) -> Result<&Gradient, Error> {
-        self.differentiate(|_, _| ())
+        self.differentiate(|_| ())
     }
 
-    fn differentiate(&mut self, choose: impl Fn(usize, &mut CostFactors)) -> Result<&Gradient, Error> {
-        let sweep = std::slice::from_mut(&mut self.sweep);
-        AdjointSweep::run(sweep, self.system, &mut self.forward.solved(), &self.settings, choose)?;
-        Ok(&self.sweep.gradient)
+    fn differentiate(&mut self, choose: impl Fn(&mut CostFactors)) -> Result<&Gradient, Error> {
+        let Solver { system, settings, forward, sweeps, phase, .. } = self;
+        phase.run(sweeps, system, &mut forward.solved(), settings, choose)?;
+        Ok(&sweeps[0].gradient)
     }
 
     /// The values of all outputs of the last motion ([`Scene::output`](crate::Scene::output)).
@@ -246,7 +249,7 @@ impl<'s> Solver<'s> {
 
     /// The gradients of the given outputs.
     pub(crate) fn output_gradients(&mut self, outputs: &[usize]) -> Result<impl Iterator<Item = &Gradient>, Error> {
-        let Solver { system, settings, forward, sweep, rows, .. } = self;
+        let Solver { system, settings, forward, sweeps, rows, .. } = self;
         if rows.len() < outputs.len() {
             rows.resize_with(outputs.len(), || AdjointSweep::new(system, settings.scheme));
         }
@@ -254,7 +257,7 @@ impl<'s> Solver<'s> {
         if !outputs.is_empty() {
             let settings = Settings { keep_adjoint: false, ..*settings };
             AdjointSweep::run(rows, system, &mut forward.solved(), &settings, |k, factors| factors.choose(1 + outputs[k]))?;
-            sweep.report = Report::of_all(rows.iter_mut().map(|row| std::mem::take(&mut row.report)));
+            sweeps[0].report = Report::of_all(rows.iter_mut().map(|row| std::mem::take(&mut row.report)));
         }
         Ok(rows.iter().map(|row| &row.gradient))
     }
@@ -266,7 +269,7 @@ impl<'s> Solver<'s> {
 
     /// The gradient of J (`which` = 0) or of an output (`which` from 1 on).
     pub(crate) fn gradient_of(&mut self, which: usize) -> Result<&Gradient, Error> {
-        self.differentiate(|_, factors| factors.choose(which))
+        self.differentiate(|factors| factors.choose(which))
     }
 
     /// The gradient of Σ w_k r_k over the outputs r, by one backward sweep: (∂r)ᵀ w.
@@ -284,7 +287,7 @@ impl<'s> Solver<'s> {
     /// As [`pull_back`](Self::pull_back).
     pub fn weighted_gradient(&mut self, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
         check_weights(self.system, of_cost, of_outputs)?;
-        self.differentiate(|_, factors| factors.weigh(of_cost, of_outputs))
+        self.differentiate(|factors| factors.weigh(of_cost, of_outputs))
     }
 
     /// Exact derivative of all outputs along a direction of the inputs, ∂r · d: one forward sweep for any number of outputs.
@@ -321,14 +324,14 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// As [`gradient`](Self::gradient), or a direction of wrong size or with numbers that are not finite.
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
-        let Solver { system, settings, forward, sweep, products, .. } = self;
+        let Solver { system, settings, forward, sweeps, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
-        products.run(system, (forward.solved(), sweep), settings, direction)
+        products.run(system, (forward.solved(), &mut sweeps[0]), settings, direction)
     }
 
     /// The adjoint variables of the last gradient, if [`Settings::keep_adjoint`] is set.
     pub fn adjoint_variables(&self) -> Option<&AdjointVariables> {
-        self.sweep.variables()
+        self.sweeps[0].variables()
     }
 
     /// The work of the last simulation.
@@ -338,7 +341,7 @@ impl<'s> Solver<'s> {
 
     /// The work of the last adjoint sweep, for all right-hand sides.
     pub fn adjoint_report(&self) -> &Report {
-        &self.sweep.report
+        &self.sweeps[0].report
     }
 
     /// True if both motions have the same steps and restarts.
@@ -392,5 +395,5 @@ pub fn gradient(system: &System, inputs: &Inputs, settings: Settings) -> Result<
     let mut solver = Solver::new(system, settings);
     solver.simulate(inputs)?;
     solver.gradient()?;
-    Ok(solver.sweep.gradient)
+    Ok(solver.sweeps.swap_remove(0).gradient)
 }

@@ -54,6 +54,11 @@ impl System {
         self.terms.integral
     }
 
+    /// Whether a cost with a factor is evaluated at this node alone ([`Sum::Node`](crate::Sum::Node)).
+    pub(crate) fn has_reading(&self, node: usize, factors: &CostFactors) -> bool {
+        self.costs.has_reading(node, factors)
+    }
+
     /// Whether any cost may depend on rates of controls, which couple nodes.
     pub(crate) fn has_control_rates(&self) -> bool {
         self.terms.uses.control_rates() > Depends::Never

@@ -5,6 +5,7 @@ mod compiled;
 mod cost;
 mod cost_terms;
 mod formula;
+mod kinks;
 mod plain;
 mod report;
 mod tangent;
@@ -17,6 +18,7 @@ pub(crate) use formula::{
     AnyElement, Applied, Connections, Covector, ElementKind, Entry, Fixed, Holonomic, InputRows, Kinetic, Lists, NodeValues,
     NodeView, Pair, PlacedElement, Positions, Potential, Restricted, SEEDS, StateRows, Sums, Within,
 };
+pub(crate) use kinks::Kinks;
 pub(crate) use report::Order;
 #[cfg(test)]
 pub(crate) use report::verify_tests;

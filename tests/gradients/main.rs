@@ -7,6 +7,7 @@ mod scenes;
 
 mod cost_arguments;
 mod costs;
+mod grid_phase;
 mod long;
 mod long_chain;
 mod many;

@@ -25,7 +25,7 @@ use values::{Sums, Values};
 
 use super::check_weights;
 use super::checkpoint::Checkpoint;
-use crate::adjoint::{AdjointSweep, Gradient};
+use crate::adjoint::{AdjointSweep, Gradient, GridPhase};
 use crate::forward::{ForwardSweep, HISTORY};
 use crate::motion::Events;
 use crate::motion::{Progress, Refinement, Report, Watch};
@@ -57,6 +57,9 @@ pub struct LongSolver<'s> {
     forward: ForwardSweep,
     /// One sweep for each right-hand side; empty if only the motion is computed.
     sweeps: Vec<AdjointSweep>,
+    phase: GridPhase,
+    /// Whether sweeps follow the kinks of the motion.
+    follows: bool,
     /// The work of all sweeps.
     adjoint_report: Report,
     plan: Plan,
@@ -87,6 +90,8 @@ impl<'s> LongSolver<'s> {
             given: 0,
             forward: ForwardSweep::new(system, settings.scheme),
             sweeps: Vec::new(),
+            phase: GridPhase::default(),
+            follows: false,
             adjoint_report: Report::default(),
             plan: Plan::NONE,
             leaves_out: false,
@@ -102,6 +107,7 @@ impl<'s> LongSolver<'s> {
     /// As [`Solver::simulate`](crate::Solver::simulate), or too little memory. The nodes before a failed step have been visited.
     pub fn simulate(&mut self, inputs: &Inputs, mut visit: impl FnMut(&State)) -> Result<(), Error> {
         self.sweeps.clear();
+        self.follows = false;
         self.begin(inputs)?;
         self.forward_to_end(usize::MAX, &mut visit).map(|_| ())
     }
@@ -112,7 +118,7 @@ impl<'s> LongSolver<'s> {
     /// As [`Solver::simulate`](crate::Solver::simulate) and [`Solver::gradient`](crate::Solver::gradient), or too little memory. If steps
     /// are halved, the lack of memory may be detected only during the motion.
     pub fn gradient(&mut self, inputs: &Inputs) -> Result<&Gradient, Error> {
-        self.differentiate(inputs, 1, |_, _| ())?;
+        self.follow_kinks(inputs, |_| ())?;
         Ok(&self.sweeps[0].gradient)
     }
 
@@ -122,7 +128,7 @@ impl<'s> LongSolver<'s> {
     /// As [`gradient`](Self::gradient), or a number of weights that differs from that of the outputs, or a weight that is not finite.
     pub fn weighted_gradient(&mut self, inputs: &Inputs, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
         check_weights(self.system, of_cost, of_outputs)?;
-        self.differentiate(inputs, 1, |_, factors| factors.weigh(of_cost, of_outputs))?;
+        self.follow_kinks(inputs, |factors| factors.weigh(of_cost, of_outputs))?;
         Ok(&self.sweeps[0].gradient)
     }
 
@@ -136,19 +142,41 @@ impl<'s> LongSolver<'s> {
             self.adjoint_report = Report::default();
             return self.simulate(inputs, |_| ()).map(|()| Vec::new());
         }
-        self.differentiate(inputs, outputs, |k, factors| factors.choose(1 + k))?;
+        self.differentiate(inputs)?;
         Ok(self.sweeps.drain(..).map(|sweep| sweep.gradient).collect())
     }
 
-    /// Computes the motion and one backward sweep with at least one right-hand side: a plan for the motion alone has no checkpoints.
-    fn differentiate(
-        &mut self,
-        inputs: &Inputs,
-        sweeps: usize,
-        choose: impl Fn(usize, &mut CostFactors),
-    ) -> Result<(), Error> {
+    /// Computes the motion and one backward sweep with a right-hand side for each output.
+    fn differentiate(&mut self, inputs: &Inputs) -> Result<(), Error> {
+        let LongSolver { system, settings, .. } = *self;
+        self.compute(inputs, (system.outputs(), false))?;
+        for (k, sweep) in self.sweeps.iter_mut().enumerate() {
+            sweep.begin(system, &self.forward.motion, &settings)?;
+            sweep.cost.factors.choose(1 + k);
+        }
+        self.back_to_start()?;
+        self.sweeps.iter_mut().try_for_each(|sweep| sweep.finish(system, &self.forward.monitor.report))?;
+        self.adjoint_report = Report::of_all(self.sweeps.iter_mut().map(|sweep| std::mem::take(&mut sweep.report)));
+        Ok(())
+    }
+
+    /// Computes the motion and the backward sweeps of one gradient.
+    fn follow_kinks(&mut self, inputs: &Inputs, choose: impl Fn(&mut CostFactors)) -> Result<(), Error> {
+        let LongSolver { system, settings, .. } = *self;
+        self.compute(inputs, (GridPhase::sweeps(system), true))?;
+        self.phase.begin_back(&mut self.sweeps, system, &self.forward.motion, &settings, choose)?;
+        self.back_to_start()?;
+        self.phase.finish(&mut self.sweeps, system, &self.forward.motion, &self.forward.monitor.report)?;
+        self.adjoint_report = std::mem::take(&mut self.sweeps[0].report);
+        Ok(())
+    }
+
+    /// Computes the motion with checkpoints for these sweeps, and examines its kinks if sweeps `follow` them. A plan for the motion alone has no
+    /// checkpoints, so there is at least one sweep.
+    fn compute(&mut self, inputs: &Inputs, (sweeps, follow): (usize, bool)) -> Result<(), Error> {
         let LongSolver { system, settings, .. } = *self;
         self.sweeps.resize_with(sweeps, || AdjointSweep::new(system, settings.scheme));
+        self.follows = follow;
         self.begin(inputs)?;
         if !self.forward_to_end(self.plan.part(), &mut |_| ())? {
             let taken = self.forward.motion.nodes();
@@ -158,10 +186,11 @@ impl<'s> LongSolver<'s> {
             self.forward.begin_again(system, &settings)?;
             self.forward_to_end(self.plan.part(), &mut |_| ())?;
         }
-        for (k, sweep) in self.sweeps.iter_mut().enumerate() {
-            sweep.begin(system, &self.forward.motion, &settings)?;
-            choose(k, &mut sweep.cost.factors);
-        }
+        Ok(())
+    }
+
+    /// Sweeps backward from the last node.
+    fn back_to_start(&mut self) -> Result<(), Error> {
         self.forward.watch.turn();
         let starts: Vec<usize> = self.checkpoints.iter().map(|checkpoint| checkpoint.node).collect();
         let mut to = self.forward.motion.nodes() - 1;
@@ -170,8 +199,6 @@ impl<'s> LongSolver<'s> {
             self.checkpoints.pop();
             to = from;
         }
-        self.sweeps.iter_mut().try_for_each(|sweep| sweep.finish(system, &self.forward.monitor.report))?;
-        self.adjoint_report = Report::of_all(self.sweeps.iter_mut().map(|sweep| std::mem::take(&mut sweep.report)));
         Ok(())
     }
 
@@ -228,6 +255,10 @@ impl<'s> LongSolver<'s> {
         self.sweeps.iter_mut().for_each(|sweep| sweep.refinement = Refinement::default());
         let (refinement, inserted) = (self.forward.motion.refinement(), self.forward.motion.trajectory.inserted.len());
         let mut sums = Sums::new(self.system, &refinement);
+        if self.follows {
+            let ForwardSweep { motion, stepper, .. } = &self.forward;
+            self.phase.begin(self.system, &stepper.newton.linearisation.evaluation, motion);
+        }
         let (mut shown, mut as_planned) = (0, true);
         loop {
             let until = self.checkpoints.last().map_or(0, |checkpoint| checkpoint.node).saturating_add(every);
@@ -235,8 +266,11 @@ impl<'s> LongSolver<'s> {
             let reached = self.forward.reached();
             // If steps are being halved, the weights of the sums are not known yet.
             let is_known = self.forward.motion.trajectory.inserted.len() == inserted;
+            let motion = &self.forward.motion;
+            let known = (self.follows && self.sweeps.len() > 1).then(|| motion.refinement());
             for node in shown..reached {
                 visit(&self.forward.state(node));
+                known.iter().for_each(|refinement| self.phase.examine(motion, refinement, node));
                 if is_known {
                     sums.add(self.system, &self.forward.motion, node);
                 }
@@ -302,7 +336,11 @@ impl<'s> LongSolver<'s> {
         debug_assert!(self.forward.reached() > to, "the steps computed before succeed again");
         let last = if from == 0 { 0 } else { from + 1 };
         let ForwardSweep { motion, stepper, watch, .. } = &mut self.forward;
-        AdjointSweep::back(&mut self.sweeps, self.system, motion, &mut stepper.newton.linearisation, (last..to + 1, watch))
+        let (sweeps, linearisation, nodes) = (&mut self.sweeps[..], &mut stepper.newton.linearisation, last..to + 1);
+        match self.follows {
+            true => self.phase.back(sweeps, self.system, motion, linearisation, (nodes, watch)),
+            false => AdjointSweep::back(sweeps, self.system, motion, linearisation, (nodes, watch)),
+        }
     }
 
     /// Adds one more level of checkpoints between two nodes.

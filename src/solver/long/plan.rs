@@ -45,6 +45,8 @@ impl LongSolver<'_> {
         let inserted = nodes - self.given;
         // Inputs on the grid that is used, and gradients on the given grid.
         let columns = (nodes + self.sweeps.len() * self.given) * (1 + self.system.k()) * number;
+        // The nodes and times of the given grid, to find those that kinks lie between.
+        let columns = columns + if self.sweeps.len() > 1 && self.follows { 2 * number * self.given } else { 0 };
         // The list of inserted nodes may have a capacity of twice its length; if there are no sweeps, one refinement is still needed for the sums of
         // the motion.
         columns + 2 * inserted * size_of::<usize>() + self.sweeps.len().max(1) * Refinement::bytes(self.given, inserted)

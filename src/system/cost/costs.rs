@@ -72,6 +72,12 @@ impl Costs {
         anywhere.chain(at_node.iter().map(|(_, index)| *index))
     }
 
+    /// Whether a cost with a factor is evaluated at this node alone.
+    pub fn has_reading(&self, node: usize, factors: &CostFactors) -> bool {
+        let Range { start, end } = factors.some();
+        !among(&self.at_node, (node, start)..(node, end)).is_empty()
+    }
+
     /// All costs.
     pub(in crate::system) fn items(&self) -> &[PlacedCost] {
         &self.items

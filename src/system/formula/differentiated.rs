@@ -13,6 +13,7 @@ use super::block::{Block, BlockEntry};
 use super::derivatives::Derivatives;
 use super::difference::RelativeEntry;
 use super::kind::ElementKind;
+use super::kink_formula::KinkFormula;
 use super::labelled::Labelled;
 use super::shape::{Shape, Slot};
 use crate::program::{Expression, Function, Graph, Kernel, Node, Obstacle, Template};
@@ -54,6 +55,8 @@ pub struct Kernels {
     pub inputs: Labelled<Slot>,
     /// c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt and its rate.
     pub along: Kernel,
+    /// `None` if the formula has no kinks.
+    pub kinks: Option<KinkFormula>,
 }
 
 impl Kernels {
@@ -153,6 +156,7 @@ impl Formula {
             at_zero: kernel(&at_zero)?,
             inputs,
             along: kernel(&along)?,
+            kinks: KinkFormula::new(&template, shape, bound),
             template,
         };
         Some(Formula {

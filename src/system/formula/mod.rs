@@ -15,6 +15,7 @@ mod energy;
 mod fixed;
 mod holonomic;
 mod kind;
+mod kink_formula;
 mod labelled;
 mod layout;
 mod lists;

@@ -9,7 +9,7 @@ mod tree;
 use hamiltonian_adjoint::check::Random;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Composition, Grid, Inputs, LongSolver, Scene, Settings, Solver, Sum, System, Warning, gradient, gradients,
+    Composition, Gradient, Grid, Inputs, LongSolver, Scene, Settings, Solver, Sum, System, Warning, gradient, gradients,
 };
 
 use elements::Element;
@@ -170,14 +170,20 @@ fn friction_that_turns_within_a_step_is_named_and_its_gradient_is_as_wrong_as_to
         let mut solver = Solver::new(&system, Settings::default());
         let end = solver.simulate(&inputs).expect("a motion").q[(0, steps)];
         let gradient = solver.gradient().expect("a gradient");
-        (gradient.start.rate()[0] / (2.0 * (end + 10.0)), gradient.warnings.clone())
+        let of_end = |gradient: &Gradient| gradient.start.rate()[0] / (2.0 * (end + 10.0));
+        (of_end(gradient), gradient.frozen.as_deref().map(of_end), gradient.warnings.clone())
     };
-    let (wrong, warnings) = of(3e-6, 1000);
-    println!("dx/dv₀ {wrong} for {expected}: {warnings:?}");
+    let (wrong, frozen, warnings) = of(3e-6, 1000);
+    println!("dx/dv₀ {wrong}, frozen {frozen:?} for {expected}: {warnings:?}");
     assert!((wrong - expected).abs() > 0.3 * expected);
-    let [Warning::UnresolvedElement { element, step, time, .. }] = &warnings[..] else { panic!("{warnings:?}") };
-    assert!(element == "friction" && (time - turn).abs() < 2e-3 && step.abs_diff((1000.0 * turn) as usize) <= 2);
-    let (right, warnings) = of(0.05, 1000);
+    assert!((frozen.expect("a reversal between two nodes") - expected).abs() < 0.01 * expected);
+    let [Warning::GridPhase { element: first, .. }, Warning::UnresolvedElement { element, step, time, .. }] = &warnings[..]
+    else {
+        panic!("{warnings:?}")
+    };
+    assert!([first, element].iter().all(|name| *name == "friction"));
+    assert!((time - turn).abs() < 2e-3 && step.abs_diff((1000.0 * turn) as usize) <= 2);
+    let (right, _, warnings) = of(0.05, 1000);
     println!("dx/dv₀ {right} for {expected}: {warnings:?}");
     assert!((right - expected).abs() < 0.02 * expected && warnings.is_empty());
 }
@@ -203,8 +209,10 @@ fn the_element_at_fault_is_named_among_others_of_its_kind() {
         inputs.controls.fill(-3.0);
         inputs.start.rate_mut().fill(1.3337);
         let warnings = gradient(&system, &inputs, Settings::default()).expect("a gradient").warnings;
-        let [Warning::UnresolvedElement { element, .. }] = &warnings[..] else { panic!("{culprit}: {warnings:?}") };
+        let of_phase = if programs { 1 } else { 0 };
+        let [Warning::UnresolvedElement { element, .. }] = &warnings[of_phase..] else { panic!("{culprit}: {warnings:?}") };
         assert_eq!(*element, format!("friction {culprit}"));
+        assert!(warnings[..of_phase].iter().all(|of| matches!(of, Warning::GridPhase { element: of, .. } if of == element)));
     }
 }
 
