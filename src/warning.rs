@@ -307,8 +307,10 @@ impl fmt::Display for Warning {
             ),
             Warning::GridPhase { element, step, time, of, value, frozen } => write!(
                 f,
-                "`{element}` has a kink within step {step} (t = {} s), and the gradient depends on where in the step it lies: {of} is {value:.4e} for this grid, but {frozen:.4e} for nodes that keep their distance from the kink; use `Gradient::frozen`, which is close to the gradient of the continuous motion if at least four steps lie within a contact",
-                seconds(*time)
+                "`{element}` has a kink within step {step} (t = {} s), and the gradient depends on where in the step it lies: {of} is {} for this grid, but {} for nodes that keep their distance from the kink; use `Gradient::frozen`, which is close to the gradient of the continuous motion if at least four steps lie within a contact",
+                seconds(*time),
+                four_digits(*value),
+                four_digits(*frozen)
             ),
             Warning::Drift { equation, violation, share, step, time } => write!(
                 f,
@@ -331,4 +333,9 @@ impl fmt::Display for Warning {
             ),
         }
     }
+}
+
+fn four_digits(x: f64) -> String {
+    let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
+    format!("{rounded:?}")
 }

@@ -12,19 +12,40 @@ struct File {
     version: u32,
     /// J.
     value: f64,
-    /// dJ/du at all nodes.
-    controls: Named<Vec<f64>>,
-    design: Named<f64>,
-    /// Kind of the start; dJ/dq₀; and dJ/dv₀ or dJ/dp*₀.
+    /// Kind of the start.
     start: &'static str,
-    q0: Named<f64>,
-    rate0: Named<f64>,
-    steps: Vec<f64>,
+    #[serde(flatten)]
+    derivatives: Derivatives,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    frozen: Option<Derivatives>,
     warnings: Vec<String>,
 }
 
+#[derive(Serialize)]
+struct Derivatives {
+    /// dJ/du at all nodes.
+    controls: Named<Vec<f64>>,
+    design: Named<f64>,
+    /// dJ/dq₀, and dJ/dv₀ or dJ/dp*₀.
+    q0: Named<f64>,
+    rate0: Named<f64>,
+    steps: Vec<f64>,
+}
+
+impl Derivatives {
+    fn new(system: &System, gradient: &Gradient) -> Self {
+        Derivatives {
+            controls: by_controls(system, &gradient.controls),
+            design: Named::new(designs(system), gradient.design.iter().copied()),
+            q0: by_coordinates(system, gradient.start.q()),
+            rate0: by_coordinates(system, gradient.start.rate()),
+            steps: gradient.steps.clone(),
+        }
+    }
+}
+
 impl Gradient {
-    /// The gradient as JSON, each derivative under the name of its input.
+    /// The gradient as JSON, each derivative under the name of its input; those at frozen grid phase, if any, in `frozen`.
     ///
     /// # Errors
     /// A gradient of another system.
@@ -41,16 +62,13 @@ impl Gradient {
             format: "hamiltonian-adjoint gradient",
             version: 1,
             value: self.value,
-            controls: by_controls(system, &self.controls),
-            design: Named::new(designs(system), self.design.iter().copied()),
             start: match self.start {
                 Start::Velocity { .. } => "velocity",
                 Start::Momentum { .. } => "momentum",
                 Start::Assembled { .. } => "assembled",
             },
-            q0: by_coordinates(system, self.start.q()),
-            rate0: by_coordinates(system, self.start.rate()),
-            steps: self.steps.clone(),
+            derivatives: Derivatives::new(system, self),
+            frozen: self.frozen.as_ref().map(|frozen| Derivatives::new(system, frozen)),
             warnings: self.warnings.iter().map(ToString::to_string).collect(),
         };
         let problem = |error: serde_json::Error| Error::File {
