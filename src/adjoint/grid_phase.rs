@@ -87,9 +87,11 @@ impl GridPhase {
     ) -> Result<(), Error> {
         let SolvedMotion { motion, linearisation, report, watch } = solved;
         motion.trajectory.check_complete(&motion.inputs)?;
-        let refinement = motion.refinement();
         self.begin(system, &linearisation.evaluation, motion);
-        (0..motion.nodes()).for_each(|node| self.examine(motion, &refinement, node));
+        if !self.kinks.all().is_empty() {
+            let refinement = motion.refinement();
+            (0..motion.nodes()).for_each(|node| self.examine(motion, &refinement, node));
+        }
         self.begin_back(sweeps, system, motion, settings, choose)?;
         self.back(sweeps, system, motion, linearisation, (0..motion.nodes(), watch))?;
         self.finish(sweeps, system, motion, report)
