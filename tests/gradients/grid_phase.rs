@@ -98,7 +98,7 @@ fn stops(system: &System, grid: &Grid, settings: Settings, stays: Option<usize>)
     let motion = solver.trajectory();
     let depth = |i: usize| depth([0, 1, 2].map(|k| motion.q[(k, i)]), -0.3, motion.times[i]);
     let last = grid.steps.len();
-    let is_kink = |i: usize| i % grid.stages == 0 && depth(i - grid.stages) * depth(i) < 0.0;
+    let is_kink = |i: usize| i.is_multiple_of(grid.stages) && depth(i - grid.stages) * depth(i) < 0.0;
     let all = (1..last).map(|i| (i, is_kink(i) && stays != Some(i))).filter(|&(i, is_kink)| is_kink || stays == Some(i));
     Ok([(0, false)].into_iter().chain(all).chain([(last, false)]).collect())
 }
