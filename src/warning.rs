@@ -146,8 +146,8 @@ pub enum Warning {
     },
     /// A contact begins or ends, or friction reverses, between two nodes, and the gradient depends on where between them this happens: the kink has
     /// another distance from the nodes on another grid, and the discrete J zigzags with this distance. The gradient is exact for the discrete
-    /// motion, but may differ much from that of the continuous motion, to which [`Gradient::frozen`](crate::Gradient::frozen) is close if at least
-    /// four steps lie within a contact.
+    /// motion, but may differ much from that of the continuous motion. [`Gradient::frozen`](crate::Gradient::frozen) is closer to it if several
+    /// steps lie within each contact.
     ///
     /// The warning is given if a derivative of the two gradients differs by more than [`GRID_PHASE`](Warning::GRID_PHASE).
     GridPhase {
@@ -307,7 +307,7 @@ impl fmt::Display for Warning {
             ),
             Warning::GridPhase { element, step, time, of, value, frozen } => write!(
                 f,
-                "`{element}` has a kink within step {step} (t = {} s), and the gradient depends on where in the step it lies: {of} is {} for this grid, but {} for nodes that keep their distance from the kink; use `Gradient::frozen`, which is close to the gradient of the continuous motion if at least four steps lie within a contact",
+                "`{element}` has a kink within step {step} (t = {} s), and the gradient depends on where in the step it lies: {of} is {} for this grid, but {} for nodes that keep their distance from the kink; `Gradient::frozen` contains the latter derivatives, which are closer to those of the continuous motion if several steps lie within each contact",
                 seconds(*time),
                 four_digits(*value),
                 four_digits(*frozen)

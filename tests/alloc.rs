@@ -5,15 +5,17 @@
 #[allow(dead_code, reason = "other tests use the rest")]
 mod structures;
 
+use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
     Coordinate, Cost, CostPoint, Error, Grid, Inputs, LiftedSolver, ListCost, ListPoint, LongSolver, Scalar, Scene,
-    Settings, Solver, Sum, System,
+    Settings, Solver, Sum, System, gradient,
 };
 use nalgebra::SVector;
 use num_dual::Dual64;
 use std::alloc::{GlobalAlloc, Layout, System as Memory};
 use std::cell::Cell;
+use std::f64::consts::FRAC_PI_2;
 
 thread_local! {
     /// Allocations of this thread: other tests run beside.
@@ -190,6 +192,56 @@ fn a_long_solver_keeps_to_the_bytes_it_is_given() {
             assert!(held <= bytes + workspace, "{held} of {bytes}");
         }
     }
+}
+
+/// A pendulum that bounces on a floor.
+fn with_kinks() -> System {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let rod = scene.body("rod", 1.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
+    let law = [1e4.into(), 0.1.into(), 0.0.into(), 1.0.into()];
+    scene.contact("floor", Body::GROUND.at(0.0, -0.5), FRAC_PI_2, rod.at(0.5, 0.0), law);
+    scene.cost("end", AngleError, Sum::Terminal, [rod.coordinates[2]], [], [], [0.3.into()]);
+    scene.compile().expect("a scene")
+}
+
+#[test]
+fn a_long_solver_keeps_to_the_bytes_it_is_given_where_gradients_follow_kinks() {
+    let system = with_kinks();
+    let inputs = Inputs::at_rest(&system, Grid::uniform(4000, 0.0005));
+    let settings = Settings::default();
+    let expected = gradient(&system, &inputs, settings).expect("a gradient");
+    assert!(expected.frozen.is_some());
+    // The sweeps that follow kinks have workspaces of their own.
+    let workspace = 3 * (bytes_held(&system, settings, 1) + size_of::<Solver>() as isize);
+    for bytes in [3_000_000, 1_000_000, 400_000] {
+        let before = BYTES.get();
+        PEAK.set(before);
+        let mut long = LongSolver::new(&system, settings, bytes as usize);
+        let result = long.gradient(&inputs).expect("a gradient");
+        let held = PEAK.get() - before;
+        assert!(held <= bytes + workspace, "{held} of {bytes}");
+        assert_eq!(*result, expected, "{bytes}");
+    }
+}
+
+#[test]
+fn gradients_that_follow_kinks_allocate_nothing_in_their_steps() {
+    let system = with_kinks();
+    let bytes_of = |steps: usize| {
+        let inputs = Inputs::at_rest(&system, Grid::uniform(steps, 2.0 / steps as f64));
+        let mut solver = Solver::new(&system, Settings::default());
+        for _ in 0..2 {
+            solver.simulate(&inputs).expect("a motion");
+            assert!(solver.gradient().expect("a gradient").frozen.is_some());
+        }
+        solver.simulate(&inputs).expect("a motion");
+        allocations(|| _ = solver.gradient().is_ok())
+    };
+    let [few, many] = [1000, 4000].map(bytes_of);
+    println!("{few} allocations with 1,000 steps, {many} with 4,000");
+    assert!(few.max(many) < 30);
 }
 
 /// The cart with so many steps, of which every fifth is far too long for one iteration matrix.

@@ -214,7 +214,8 @@ impl Problem for MotionProblem<'_> {
             gradient.fill(0.0);
             return Ok(());
         }
-        let of = self.solver.weighted_gradient(f_weight, c_weights)?;
+        // The one that belongs to the values of this grid.
+        let of = self.solver.discrete_gradient(f_weight, c_weights)?;
         self.variables.pull_back(&self.tried.x, of, gradient);
         self.gradient.copy_from_slice(gradient);
         Ok(())

@@ -62,7 +62,7 @@ mod tests {
 
     #[test]
     fn kinks_are_found_once_and_fixed_arguments_have_none() {
-        let mut graph = Graph::default();
+        let mut graph = Graph::default().loose();
         let (x, y, b) = (graph.input(0), graph.input(1), graph.parameter(0));
         let difference = graph.subtract(x, y);
         let (abs, fixed) = (graph.function(Function::Abs, difference), graph.function(Function::Abs, b));

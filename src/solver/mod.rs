@@ -290,6 +290,15 @@ impl<'s> Solver<'s> {
         self.differentiate(|factors| factors.weigh(of_cost, of_outputs))
     }
 
+    /// As [`weighted_gradient`](Self::weighted_gradient), without the gradient at frozen grid phase.
+    pub(crate) fn discrete_gradient(&mut self, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
+        check_weights(self.system, of_cost, of_outputs)?;
+        let Solver { system, settings, forward, sweeps, .. } = self;
+        let choose = |_, factors: &mut CostFactors| factors.weigh(of_cost, of_outputs);
+        AdjointSweep::run(&mut sweeps[..1], system, &mut forward.solved(), settings, choose)?;
+        Ok(&sweeps[0].gradient)
+    }
+
     /// Exact derivative of all outputs along a direction of the inputs, ∂r · d: one forward sweep for any number of outputs.
     ///
     /// As [`hessian_product`](Self::hessian_product), except that costs on accelerations and reactions are supported also if formulas have

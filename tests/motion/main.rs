@@ -13,6 +13,7 @@ mod condition;
 mod conservation;
 mod convergence;
 mod hard_steps;
+mod kinks;
 mod restart;
 mod schemes;
 mod warnings;
