@@ -85,6 +85,7 @@ mod animation;
 mod assembly;
 pub mod check;
 mod error;
+mod estimate;
 mod event;
 #[cfg(feature = "files")]
 mod files;
@@ -109,6 +110,7 @@ mod warning;
 pub use adjoint::{AdjointVariables, Gradient};
 pub use animation::Animation;
 pub use error::Error;
+pub use estimate::{Estimate, Withdrawn, estimate};
 #[cfg(feature = "files")]
 pub use files::{Finished, SceneFile, Study, Table};
 pub use model::element::{

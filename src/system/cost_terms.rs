@@ -54,6 +54,18 @@ impl System {
         self.terms.integral
     }
 
+    /// The order with which the sums of J approximate integrals; `None` if a term belongs to this grid alone.
+    pub(crate) fn order_of_sums(&self) -> Option<usize> {
+        let of = |sum: Sum| match sum {
+            Sum::Integral | Sum::Terminal => Some(usize::MAX),
+            Sum::Trapezoidal => Some(2),
+            Sum::Rectangle => Some(1),
+            Sum::Plain | Sum::AllNodes | Sum::Node(_) => None,
+        };
+        let terms = self.costs.terms().filter(|term| term.output == 0);
+        terms.map(|term| of(term.sum)).try_fold(usize::MAX, |least, order| order.map(|order| least.min(order)))
+    }
+
     /// Whether a cost with a factor is evaluated at this node alone ([`Sum::Node`](crate::Sum::Node)).
     pub(crate) fn has_reading(&self, node: usize, factors: &CostFactors) -> bool {
         self.costs.has_reading(node, factors)

@@ -28,6 +28,7 @@ const ROOMS: &[&str] = &[
     "forward",
     "paper_system",
     "solver",
+    "estimate",
     "optimize",
     "check",
     "files",

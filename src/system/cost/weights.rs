@@ -74,6 +74,13 @@ impl<R: Real> Weights<R> {
         Weights { given: None, integral, side: Beside::Before }
     }
 
+    /// The factor 1 for the costs that the trapezoidal rule integrates, 0 for all others.
+    pub fn of_integrands() -> Self {
+        let (zero, one) = (R::zero(), R::one());
+        let given = GivenWeights { node: None, plain: zero, rectangle: zero, trapezoidal: one, terminal: zero };
+        Weights { given: Some(given), integral: one, side: Beside::After }
+    }
+
     /// The number of the given node at this point, if costs at this single node are counted.
     pub fn node(&self) -> Option<usize> {
         self.given.as_ref().and_then(|given| given.node)

@@ -1,6 +1,7 @@
 //! What warnings say is so: none where steps resolve a motion, and one, by the element's name, where the gradient is exact and useless.
 
 mod elements;
+mod estimates;
 mod formulas;
 mod lost;
 mod motion;

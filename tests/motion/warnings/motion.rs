@@ -91,7 +91,7 @@ impl Motion {
     }
 
     /// Derivatives by numbers that are the same on all grids, each for a change of its own size.
-    fn numbers(&self, inputs: &Inputs, gradient: &Gradient) -> Vec<f64> {
+    pub fn numbers(&self, inputs: &Inputs, gradient: &Gradient) -> Vec<f64> {
         let mut numbers = vec![0.0; HATS];
         for (t, u) in inputs.grid.times().iter().zip(gradient.controls.iter()) {
             let place = t / self.duration * (HATS - 1) as f64;

@@ -1,0 +1,74 @@
+//! [`Levels`]: the differences of J and of its gradient between the given grid, every second, and every fourth of its nodes.
+
+use crate::adjoint::Gradient;
+use crate::{Error, Grid, Inputs, Settings, System, gradient};
+
+/// Differences between the given grid and every second node, and between these and every fourth.
+pub(super) struct Levels {
+    /// Of J, with sign: the finer minus the coarser.
+    pub(super) of_value: [f64; 2],
+    /// Of the gradient, relative to it.
+    pub(super) of_gradient: [f64; 2],
+    /// Relative differences below this are rounding.
+    pub(super) rounding: f64,
+}
+
+/// Relative differences below this are rounding.
+const ROUNDING: f64 = 1e-11;
+
+impl Levels {
+    /// From the gradient on the given grid.
+    pub(super) fn new(
+        system: &System,
+        inputs: &Inputs,
+        fine: &Gradient,
+        coarse: &[Inputs; 2],
+        settings: Settings,
+    ) -> Result<Self, Error> {
+        let settings = Settings { keep_adjoint: false, ..settings };
+        let [second, fourth] = coarse;
+        let (middle, last) = (gradient(system, second, settings)?, gradient(system, fourth, settings)?);
+        let effects = |of: &Gradient, on: &Inputs| effects(inputs, of.frozen.as_deref().unwrap_or(of), on);
+        let all = [effects(fine, inputs), effects(&middle, second), effects(&last, fourth)];
+        let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let apart = |x: &[f64], y: &[f64]| norm(&x.iter().zip(y).map(|(x, y)| x - y).collect::<Vec<_>>());
+        let size = norm(&all[0]).max(f64::MIN_POSITIVE);
+        Ok(Levels {
+            of_value: [fine.value - middle.value, middle.value - last.value],
+            of_gradient: [apart(&all[0], &all[1]) / size, apart(&all[1], &all[2]) / size],
+            rounding: ROUNDING,
+        })
+    }
+}
+
+/// The controls are changed by so many functions of time.
+const HATS: usize = 8;
+
+/// Each derivative times the size of its variable. A control is changed by hat functions of time, which are the same on all grids.
+fn effects(inputs: &Inputs, of: &Gradient, on: &Inputs) -> Vec<f64> {
+    let size = |value: f64| if value == 0.0 { 1.0 } else { value.abs() };
+    let pairs = [(&of.design, &inputs.design), (of.start.q(), inputs.start.q()), (of.start.rate(), inputs.start.rate())];
+    let of_one = pairs.into_iter().flat_map(|(of, values)| of.iter().zip(values.iter()).map(|(of, x)| of * size(*x)));
+    let times = on.grid.times();
+    let (start, end) = (times[0], times[times.len() - 1]);
+    let of_controls = of.controls.row_iter().enumerate().flat_map(|(channel, row)| {
+        let size = size(inputs.controls.row(channel).amax());
+        let mut sums = [0.0; HATS];
+        for (time, slope) in times.iter().zip(row.iter()) {
+            let place = (time - start) / (end - start) * (HATS - 1) as f64;
+            let hat = |k: usize| (1.0 - (place - k as f64).abs()).max(0.0);
+            sums.iter_mut().enumerate().for_each(|(k, sum)| *sum += size * hat(k) * slope);
+        }
+        sums
+    });
+    of_one.chain(of_controls).collect()
+}
+
+/// The same motion with steps twice as long; controls keep their values at the nodes that remain.
+pub(super) fn every_second(inputs: &Inputs) -> Inputs {
+    let steps = inputs.grid.steps.chunks(2).map(|pair| pair.iter().sum()).collect();
+    let last = inputs.grid.steps.len();
+    let nodes: Vec<usize> = (0..last).step_by(2).chain([last]).collect();
+    let grid = Grid::new(inputs.grid.start, steps);
+    Inputs { grid, controls: inputs.controls.select_columns(&nodes), ..inputs.clone() }
+}

@@ -1,0 +1,216 @@
+//! How far J and its gradient are from those of the continuous motion.
+//!
+//! J and its gradient are computed on the given grid, on every second and on every fourth of its nodes. With the order p of the scheme and the
+//! difference Δ between the given grid and every second node, the error of a resolved motion is about Δ/(2ᵖ − 1). For the trapezoidal rule, the
+//! adjoint variables weight the residuals of the steps, which is a second estimate of the error of J that needs no other motion
+//! ([`residual`]). An estimate is withdrawn if the two disagree, if the differences do not decrease as they should, or if it is large.
+
+mod levels;
+mod residual;
+
+use std::fmt;
+
+use crate::adjoint::Gradient;
+use crate::error::seconds;
+use crate::{Error, Inputs, Settings, Solver, System, Warning};
+
+use levels::{Levels, every_second};
+use residual::Residual;
+
+/// Margin of the estimated error of J.
+const MARGIN: f64 = 2.0;
+/// Margin of the estimated error of the gradient.
+const MARGIN_OF_GRADIENT: f64 = 3.0;
+/// Two estimates of one error agree if their ratio is below this.
+const AGREE: f64 = 3.0;
+/// A relative error of the gradient above this is no estimate any more.
+const LARGE: f64 = 0.3;
+
+/// J and its gradient, with estimates of the errors that the grid causes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// J on the given grid.
+    pub value: f64,
+    /// The gradient on the given grid. Where it has a gradient at frozen grid phase ([`Gradient::frozen`]), `gradient_uncertainty` is that of the
+    /// latter.
+    pub gradient: Gradient,
+    /// Estimated bound of |J − J of the continuous motion|; `None` if there is none that can be trusted.
+    pub uncertainty: Option<f64>,
+    /// Estimated bound of the relative error of the gradient, in the norm of the effects of its variables: each derivative times the size of its
+    /// variable. `None` if there is none that can be trusted.
+    pub gradient_uncertainty: Option<f64>,
+    /// The error J of the continuous motion − J by the residuals of the steps; `None` for other schemes than the trapezoidal rule, and for motions with
+    /// restarts or halved steps.
+    pub residual: Option<f64>,
+    /// The shortest interval of time, s, with more than half of the residuals, and its share of them.
+    pub largest: Option<(f64, f64, f64)>,
+    /// Why an estimate is missing.
+    pub withdrawn: Option<Withdrawn>,
+}
+
+/// Why an error estimate is missing.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Withdrawn {
+    /// A cost is read at a single node ([`Sum::Node`](crate::Sum::Node)) or summed over nodes without their steps ([`Sum::Plain`](crate::Sum::Plain),
+    /// [`Sum::AllNodes`](crate::Sum::AllNodes)), or the grid is composed or has fewer than eight steps: every second node has no motion with the
+    /// same J.
+    NoCoarserGrid,
+    /// The motion or its gradient has a warning which says that the steps do not resolve it.
+    Warned(Warning),
+    /// On every second or fourth node there is no motion.
+    NoCoarserMotion(Box<Error>),
+    /// The differences between the grids do not decrease as the order of the scheme says: the steps do not resolve the motion.
+    Unresolved {
+        /// The ratio of two successive differences of the gradient, or of J.
+        ratio: f64,
+        /// The least ratio that is accepted.
+        least: f64,
+    },
+    /// The residuals of the steps and the difference between two grids estimate different errors of J.
+    Disagree {
+        /// The error of J by the residuals.
+        residual: f64,
+        /// The error of J by the difference.
+        difference: f64,
+    },
+    /// The estimated relative error of the gradient is large.
+    Large {
+        /// The estimate.
+        error: f64,
+    },
+}
+
+/// Computes J and its gradient with estimates of their errors: a motion and a gradient on the given grid, on every second and on every fourth node,
+/// which takes about twice as long as [`gradient`](crate::gradient).
+///
+/// ```
+/// use hamiltonian_adjoint::{Grid, Inputs, Settings, estimate, scenes::CartPendulum};
+///
+/// let system = CartPendulum::default().scene().compile()?;
+/// let mut inputs = Inputs::at_rest(&system, Grid::uniform(400, 0.005));
+/// inputs.controls.fill(10.0);
+/// let estimate = estimate(&system, &inputs, Settings::default())?;
+/// println!("{estimate}"); // J = 15.1… ± …
+/// assert!(estimate.uncertainty.is_some_and(|error| error < 0.01 * estimate.value));
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+///
+/// # Errors
+/// As [`gradient`](crate::gradient), on the given grid.
+pub fn estimate(system: &System, inputs: &Inputs, settings: Settings) -> Result<Estimate, Error> {
+    let mut solver = Solver::new(system, Settings { keep_adjoint: true, ..settings });
+    solver.simulate(inputs)?;
+    let gradient = solver.gradient()?.clone();
+    let residual = Residual::new(&solver)?;
+    let mut estimate = Estimate {
+        value: gradient.value,
+        uncertainty: None,
+        gradient_uncertainty: None,
+        residual: residual.as_ref().map(Residual::sum),
+        largest: residual.as_ref().and_then(|residual| residual.largest(&solver.trajectory().times)),
+        withdrawn: None,
+        gradient,
+    };
+    let order = system.order_of_sums().unwrap_or(1).min(settings.scheme.order);
+    let judged = estimate.check_warnings().and_then(|()| coarser(system, inputs)).and_then(|coarse| {
+        let levels = Levels::new(system, inputs, &estimate.gradient, &coarse, settings);
+        levels.map_err(|error| Withdrawn::NoCoarserMotion(Box::new(error)))
+    });
+    let judged = judged.and_then(|levels| estimate.judge(&levels, order));
+    estimate.withdrawn = judged.err();
+    Ok(estimate)
+}
+
+/// The inputs on every second and every fourth node.
+fn coarser(system: &System, inputs: &Inputs) -> Result<[Inputs; 2], Withdrawn> {
+    if inputs.grid.steps.len() < 8 || inputs.grid.stages > 1 || system.order_of_sums().is_none() {
+        return Err(Withdrawn::NoCoarserGrid);
+    }
+    let second = every_second(inputs);
+    let fourth = every_second(&second);
+    Ok([second, fourth])
+}
+
+impl Estimate {
+    fn check_warnings(&self) -> Result<(), Withdrawn> {
+        let is_coarse = |warning: &&Warning| {
+            use Warning::{Braked, Drift, HalvedSteps, Rough, Unresolved, UnresolvedElement};
+            let all =
+                matches!(warning, Braked { .. } | Drift { .. } | HalvedSteps { .. } | Rough { .. } | Unresolved { .. });
+            all || matches!(warning, UnresolvedElement { .. })
+        };
+        self.gradient.warnings.iter().find(is_coarse).map_or(Ok(()), |warning| Err(Withdrawn::Warned(warning.clone())))
+    }
+
+    /// Sets the uncertainties if they can be trusted.
+    fn judge(&mut self, levels: &Levels, order: usize) -> Result<(), Withdrawn> {
+        let decrease = 2f64.powi(order as i32);
+        let least = decrease / AGREE;
+        let [near, far] = levels.of_gradient;
+        if far < least * near && near > levels.rounding {
+            return Err(Withdrawn::Unresolved { ratio: far / near, least });
+        }
+        let error = MARGIN_OF_GRADIENT * near / (decrease - 1.0);
+        if error >= LARGE {
+            return Err(Withdrawn::Large { error });
+        }
+        let [near, far] = levels.of_value;
+        // J of the continuous motion − J.
+        let difference = near / (decrease - 1.0);
+        let is_exact = difference.abs() <= levels.rounding * self.value.abs();
+        match self.residual.filter(|_| !is_exact) {
+            Some(residual) if !(residual / difference < AGREE && difference / residual < AGREE) => {
+                return Err(Withdrawn::Disagree { residual, difference });
+            }
+            None if !is_exact && (far / near < least || far / near > decrease * AGREE) => {
+                return Err(Withdrawn::Unresolved { ratio: far / near, least });
+            }
+            _ => {}
+        }
+        self.uncertainty = Some(MARGIN * difference.abs().max(self.residual.map_or(0.0, f64::abs)));
+        self.gradient_uncertainty = Some(error);
+        Ok(())
+    }
+}
+
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "J = {}", self.value)?;
+        if let Some(uncertainty) = self.uncertainty {
+            write!(f, " ± {uncertainty:.1e}")?;
+            if let Some((from, to, share)) = self.largest {
+                write!(f, " ({:.0} % of it from {} to {} s)", 100.0 * share, seconds(from), seconds(to))?;
+            }
+        }
+        if let Some(error) = self.gradient_uncertainty {
+            let which = if self.gradient.frozen.is_some() { " at frozen grid phase" } else { "" };
+            write!(f, "; gradient{which}: ± {:.1e} of its size", error)?;
+        }
+        self.withdrawn.as_ref().map_or(Ok(()), |why| write!(f, "; no estimate of the error: {why}"))
+    }
+}
+
+impl fmt::Display for Withdrawn {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Withdrawn::NoCoarserGrid => write!(
+                f,
+                "a motion on every second node cannot be compared, because a cost is read at a single node or summed over nodes without their steps, or the grid is composed or has fewer than eight steps"
+            ),
+            Withdrawn::Warned(warning) => write!(f, "{warning}"),
+            Withdrawn::NoCoarserMotion(error) => write!(f, "on every second or fourth node there is no motion ({error})"),
+            Withdrawn::Unresolved { ratio, least } => write!(
+                f,
+                "with twice as many steps the change falls by a factor of {ratio:.2}, which should be at least {least:.2}: the steps do not resolve the motion"
+            ),
+            Withdrawn::Disagree { residual, difference } => write!(
+                f,
+                "the error of J is {residual:.1e} by the residuals of the steps, but {difference:.1e} by the difference to every second node: the steps do not resolve the motion"
+            ),
+            Withdrawn::Large { error } => {
+                write!(f, "the gradient may be wrong by {:.0} %: use shorter steps", 100.0 * error)
+            }
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Error estimates of random motions, beside a motion with many more steps.
+
+use hamiltonian_adjoint::check::Random;
+use hamiltonian_adjoint::{Scheme, Settings, estimate, gradient};
+
+use super::elements::Element;
+use super::motion::{Motion, between};
+use super::{sharp, smooth};
+
+/// A gradient whose error is below this is resolved, and one above the other is not.
+const RESOLVED: f64 = 0.05;
+const UNRESOLVED: f64 = 0.3;
+
+#[test]
+fn errors_lie_within_their_estimates_and_what_is_not_resolved_has_none() {
+    let (mut within, mut within_gradient, mut trusted, mut resolved) = (0, 0, 0, 0);
+    let (mut unresolved, mut lulled, mut ratios) = (0, 0, Vec::new());
+    for seed in 0..300 {
+        let mut random = Random::new(seed);
+        let (masses, duration) = (1 + random.below(3), random.uniform(0.8, 2.0));
+        // What lies between two nodes and is zero at all of them cannot be known.
+        let is_seen = |element: &Element| !matches!(element, Element::Well { .. } | Element::Pulse { .. });
+        let seen: Vec<Element> = sharp().into_iter().filter(is_seen).collect();
+        let element = if seed % 3 == 0 { seen[random.below(seen.len())] } else { smooth(&mut random, seed as usize) };
+        let steps = (duration / between(&mut random, 2e-3, 5e-2)) as usize;
+        let mut motion = Motion::new(&mut random, masses, vec![element], duration, steps);
+        motion.settings.scheme =
+            [Scheme::TRAPEZOIDAL, Scheme::TRAPEZOIDAL, Scheme::ESDIRK4, Scheme::ESDIRK3][seed as usize % 4];
+        let inputs = motion.inputs(1);
+        let fine = motion.inputs(16);
+        let accurate = Settings { scheme: Scheme::ESDIRK5, ..motion.settings };
+        let (Ok(found), Ok(truth)) =
+            (estimate(&motion.system, &inputs, motion.settings), gradient(&motion.system, &fine, accurate))
+        else {
+            continue;
+        };
+        let best = |of: &hamiltonian_adjoint::Gradient| of.frozen.as_deref().unwrap_or(of).clone();
+        let (own, exact) = (motion.numbers(&inputs, &best(&found.gradient)), motion.numbers(&fine, &best(&truth)));
+        let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let error = norm(&own.iter().zip(&exact).map(|(x, y)| x - y).collect::<Vec<_>>()) / norm(&exact);
+        let error_of_value = (found.value - truth.value).abs();
+        let line = format!(
+            "{seed} {:?}, {steps} steps, {}: J off by {error_of_value:.1e}, gradient by {error:.1e}; {found}",
+            motion.what, motion.settings.scheme.name
+        );
+        let estimates = found.uncertainty.zip(found.gradient_uncertainty);
+        if error < RESOLVED {
+            resolved += 1;
+            if let Some((of_value, of_gradient)) = estimates {
+                trusted += 1;
+                within += usize::from(error_of_value <= of_value);
+                within_gradient += usize::from(error <= of_gradient);
+                ratios.push(error / of_gradient);
+                if error > of_gradient || error_of_value > of_value {
+                    println!("OUTSIDE {line}");
+                }
+            } else {
+                println!("NONE {line}");
+            }
+        } else if error > UNRESOLVED {
+            unresolved += 1;
+            if estimates.is_some_and(|(_, of_gradient)| of_gradient < 0.1) {
+                lulled += 1;
+                println!("LULLED {line}");
+            }
+        }
+    }
+    ratios.sort_by(f64::total_cmp);
+    println!(
+        "resolved {resolved}, with estimates {trusted}: J within {within}, gradient within {within_gradient}; not resolved {unresolved}, with an estimate below 10 % {lulled}; median error/estimate {:?}",
+        ratios.get(ratios.len() / 2)
+    );
+    assert!(resolved > 150 && 10 * trusted > 7 * resolved);
+    assert!(100 * within >= 95 * trusted && 10 * within_gradient >= 9 * trusted);
+    assert!(unresolved > 30 && 20 * lulled <= unresolved);
+}
