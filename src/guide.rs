@@ -33,6 +33,10 @@ pub mod optimisation {}
 pub mod long_and_hard_motions {}
 
 #[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/is-it-true.md")]
+pub mod is_it_true {}
+
+#[doc = include_str!("guide_links.md")]
 #[doc = include_str!("../docs/animations-and-files.md")]
 pub mod animations_and_files {}
 

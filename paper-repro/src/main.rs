@@ -28,6 +28,7 @@ mod stress;
 mod summary;
 mod table;
 mod timing;
+mod truth;
 mod work_precision;
 
 use std::path::{Path, PathBuf};
@@ -108,6 +109,8 @@ enum Command {
     /// Varies the values that the paper does not state, and reports which of its numbers each combination reproduces
     Assumptions,
     Optimise(optimise::Options),
+    /// Draws the derivative of a bouncing ball over the number of steps, beside that of the motion itself (truth.svg)
+    Truth,
 }
 
 fn main() -> ExitCode {
@@ -135,6 +138,7 @@ fn start() -> Result<bool, Error> {
         Some(Command::Stress(options)) => stress::run(options, &folder),
         Some(Command::Assumptions) => assumptions::run(&folder),
         Some(Command::Optimise(options)) => optimise::run(options, &folder),
+        Some(Command::Truth) => truth::run(&folder),
         None => run(cli, &folder).map(|claims| claims.iter().all(|claim| claim.verdict != Verdict::Failed)),
     }
 }

@@ -91,7 +91,7 @@ pub enum Withdrawn {
 /// let mut inputs = Inputs::at_rest(&system, Grid::uniform(400, 0.005));
 /// inputs.controls.fill(10.0);
 /// let estimate = estimate(&system, &inputs, Settings::default())?;
-/// println!("{estimate}"); // J = 15.1… ± …
+/// println!("{estimate}"); // J = 15.1…; error of the grid: J ± …, gradient ± … of its size
 /// assert!(estimate.uncertainty.is_some_and(|error| error < 0.01 * estimate.value));
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
@@ -174,20 +174,34 @@ impl Estimate {
     }
 }
 
+impl Estimate {
+    /// The estimated errors of J and its gradient, in words.
+    pub(crate) fn in_words(&self) -> String {
+        match (&self.withdrawn, self.uncertainty, self.gradient_uncertainty) {
+            (None, Some(of_value), Some(of_gradient)) => {
+                let frozen = if self.gradient.frozen.is_some() { " at frozen grid phase" } else { "" };
+                format!("J ± {of_value:.1e}, gradient{frozen} ± {} of its size", percent(of_gradient))
+            }
+            (Some(why), ..) => format!("not known: {why}"),
+            _ => "not known".into(),
+        }
+    }
+}
+
+/// Two digits, as a percentage unless it is small.
+fn percent(share: f64) -> String {
+    if share < 1e-3 { format!("{share:.1e}") } else { format!("{:.1} %", 100.0 * share) }
+}
+
 impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "J = {}", self.value)?;
-        if let Some(uncertainty) = self.uncertainty {
-            write!(f, " ± {uncertainty:.1e}")?;
-            if let Some((from, to, share)) = self.largest {
-                write!(f, " ({:.0} % of it from {} to {} s)", 100.0 * share, seconds(from), seconds(to))?;
+        write!(f, "J = {}; error of the grid: {}", self.value, self.in_words())?;
+        match self.largest.filter(|_| self.withdrawn.is_none()) {
+            Some((from, to, share)) => {
+                write!(f, " ({:.0} % of the error of J from {} to {} s)", 100.0 * share, seconds(from), seconds(to))
             }
+            None => Ok(()),
         }
-        if let Some(error) = self.gradient_uncertainty {
-            let which = if self.gradient.frozen.is_some() { " at frozen grid phase" } else { "" };
-            write!(f, "; gradient{which}: ± {:.1e} of its size", error)?;
-        }
-        self.withdrawn.as_ref().map_or(Ok(()), |why| write!(f, "; no estimate of the error: {why}"))
     }
 }
 

@@ -22,7 +22,7 @@ use super::derivative::Input;
 use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::Verdict;
-use crate::{Error, Gradient, Inputs, Output, Settings, System};
+use crate::{Error, Gradient, Inputs, Output, Settings, System, estimate};
 use directions::{only, product, random};
 use identity::identity;
 use own::Own;
@@ -135,6 +135,9 @@ impl GradientCheck<'_> {
         let (rounding, value) = (ways.rounding(), gradient.value);
         let (singles, worst_singles) =
             if self.complete { self.singles(&mut ways, &sizes, &gradient)? } else { Default::default() };
+        let own_settings = Settings { keep_adjoint: false, ..subject.settings };
+        let is_cost = subject.which == 0;
+        let grid = is_cost.then(|| estimate(subject.system, subject.inputs, own_settings).ok()).flatten();
         let mut report = GradientReport {
             of,
             value,
@@ -145,6 +148,7 @@ impl GradientCheck<'_> {
             identity,
             rounding,
             warnings,
+            grid: grid.map_or(String::new(), |grid| grid.in_words()),
             own: Vec::new(),
         };
         let trusted = report.verdict() == Verdict::Right;

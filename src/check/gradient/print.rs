@@ -72,6 +72,13 @@ impl fmt::Display for GradientReport {
                 None => writeln!(f)?,
             }
         }
+        if !self.grid.is_empty() {
+            writeln!(
+                f,
+                "  all this is about the motion on this grid; its difference from the continuous motion: {}",
+                self.grid
+            )?;
+        }
         self.explain(f)?;
         self.own.iter().filter(|own| own.verdict != Verdict::Right).try_for_each(|own| write!(f, "{own}"))
     }

@@ -61,6 +61,8 @@ pub struct GradientReport {
     pub rounding: f64,
     /// Warnings of the motion and its gradient ([`Report::warnings`](crate::Report::warnings)), as text.
     pub warnings: Vec<String>,
+    /// The estimated error that the grid causes, in words ([`estimate`](crate::estimate())); empty for an output, or if it cannot be estimated.
+    pub grid: String,
     /// The user's gradients.
     pub own: Vec<BlockReport>,
 }
@@ -210,6 +212,7 @@ mod tests {
             identity: Some(Identity { worst: 0.0, node: 0, first_wrong }),
             rounding: 0.0,
             warnings: Vec::new(),
+            grid: String::new(),
             own: Vec::new(),
         }
     }
