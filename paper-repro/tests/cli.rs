@@ -222,7 +222,9 @@ mod linux {
         assert!(program(&["fig4", "--out"]).arg(&out).output().expect("runs").status.success());
         let size = |path: PathBuf| fs::metadata(path).expect("there").len();
         let whole: Vec<(&str, u64)> = FILES.iter().map(|name| (*name, size(out.join(name)))).collect();
-        for kilobytes in [4, 12, 24, 48] {
+        // Pictures as PNG are optional.
+        let all: u64 = whole.iter().map(|(_, size)| size).sum();
+        for kilobytes in [4, 12, 24, 48].into_iter().filter(|kilobytes| 1024 * kilobytes < all) {
             let script = format!(
                 "mount -t tmpfs -o size={kilobytes}k none {0} || exit 99; {1} fig4 --out {0}; echo $?; cd {0}; wc -c .[!.]* *",
                 out.display(),
