@@ -110,7 +110,7 @@ mod warning;
 pub use adjoint::{AdjointVariables, Gradient};
 pub use animation::Animation;
 pub use error::Error;
-pub use estimate::{Estimate, Withdrawn, estimate};
+pub use estimate::{Derivative, Estimate, Withdrawn, estimate};
 #[cfg(feature = "files")]
 pub use files::{Finished, SceneFile, Study, Table};
 pub use model::element::{

@@ -9,6 +9,8 @@ pub(super) struct Levels {
     pub(super) of_value: [f64; 2],
     /// Of the gradient, relative to it.
     pub(super) of_gradient: [f64; 2],
+    /// Of the derivatives by the design variables, q₀, and v₀ or p*₀: the larger of the first difference and the second one over 2ᵖ.
+    pub(super) of_derivatives: Vec<f64>,
     /// Relative differences below this are rounding.
     pub(super) rounding: f64,
 }
@@ -23,22 +25,38 @@ impl Levels {
         inputs: &Inputs,
         fine: &Gradient,
         coarse: &[Inputs; 2],
-        settings: Settings,
+        (settings, decrease): (Settings, f64),
     ) -> Result<Self, Error> {
         let settings = Settings { keep_adjoint: false, ..settings };
         let [second, fourth] = coarse;
         let (middle, last) = (gradient(system, second, settings)?, gradient(system, fourth, settings)?);
-        let effects = |of: &Gradient, on: &Inputs| effects(inputs, of.frozen.as_deref().unwrap_or(of), on);
+        let effects = |of: &Gradient, on: &Inputs| effects(inputs, best(of), on);
         let all = [effects(fine, inputs), effects(&middle, second), effects(&last, fourth)];
         let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let apart = |x: &[f64], y: &[f64]| norm(&x.iter().zip(y).map(|(x, y)| x - y).collect::<Vec<_>>());
         let size = norm(&all[0]).max(f64::MIN_POSITIVE);
+        let singles = [fine, &middle, &last].map(|of| derivatives(best(of)));
+        let of_one = |k: usize| {
+            let [near, far] = [singles[0][k] - singles[1][k], singles[1][k] - singles[2][k]].map(f64::abs);
+            near.max(far / decrease)
+        };
         Ok(Levels {
+            of_derivatives: (0..singles[0].len()).map(of_one).collect(),
             of_value: [fine.value - middle.value, middle.value - last.value],
             of_gradient: [apart(&all[0], &all[1]) / size, apart(&all[1], &all[2]) / size],
             rounding: ROUNDING,
         })
     }
+}
+
+/// The gradient at frozen grid phase, if there is one.
+pub(super) fn best(gradient: &Gradient) -> &Gradient {
+    gradient.frozen.as_deref().unwrap_or(gradient)
+}
+
+/// The derivatives by the design variables, q₀, and v₀ or p*₀.
+pub(super) fn derivatives(of: &Gradient) -> Vec<f64> {
+    [&of.design, of.start.q(), of.start.rate()].into_iter().flat_map(|list| list.iter().copied()).collect()
 }
 
 /// The controls are changed by so many functions of time.

@@ -12,9 +12,9 @@ use std::fmt;
 
 use crate::adjoint::Gradient;
 use crate::error::seconds;
-use crate::{Error, Inputs, Settings, Solver, System, Warning};
+use crate::{Error, Inputs, Settings, Solver, Start, System, Warning};
 
-use levels::{Levels, every_second};
+use levels::{Levels, best, derivatives, every_second};
 use residual::Residual;
 
 /// Margin of the estimated error of J.
@@ -39,6 +39,9 @@ pub struct Estimate {
     /// Estimated bound of the relative error of the gradient, in the norm of the effects of its variables: each derivative times the size of its
     /// variable. `None` if there is none that can be trusted.
     pub gradient_uncertainty: Option<f64>,
+    /// The derivatives by the design variables and by the initial values, with estimated bounds of their errors; empty if there are none that can be
+    /// trusted.
+    pub derivatives: Vec<Derivative>,
     /// The error J of the continuous motion − J by the residuals of the steps; `None` for other schemes than the trapezoidal rule, and for motions with
     /// restarts or halved steps.
     pub residual: Option<f64>,
@@ -46,6 +49,17 @@ pub struct Estimate {
     pub largest: Option<(f64, f64, f64)>,
     /// Why an estimate is missing.
     pub withdrawn: Option<Withdrawn>,
+}
+
+/// A derivative of J and an estimated bound of its error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Derivative {
+    /// The variable.
+    pub of: String,
+    /// The derivative, at frozen grid phase if a kink lies between nodes.
+    pub value: f64,
+    /// The estimated bound of its error.
+    pub uncertainty: f64,
 }
 
 /// Why an error estimate is missing.
@@ -107,6 +121,7 @@ pub fn estimate(system: &System, inputs: &Inputs, settings: Settings) -> Result<
         value: gradient.value,
         uncertainty: None,
         gradient_uncertainty: None,
+        derivatives: Vec::new(),
         residual: residual.as_ref().map(Residual::sum),
         largest: residual.as_ref().and_then(|residual| residual.largest(&solver.trajectory().times)),
         withdrawn: None,
@@ -114,10 +129,17 @@ pub fn estimate(system: &System, inputs: &Inputs, settings: Settings) -> Result<
     };
     let order = system.order_of_sums().unwrap_or(1).min(settings.scheme.order);
     let judged = estimate.check_warnings().and_then(|()| coarser(system, inputs)).and_then(|coarse| {
-        let levels = Levels::new(system, inputs, &estimate.gradient, &coarse, settings);
+        let levels = Levels::new(system, inputs, &estimate.gradient, &coarse, (settings, 2f64.powi(order as i32)));
         levels.map_err(|error| Withdrawn::NoCoarserMotion(Box::new(error)))
     });
-    let judged = judged.and_then(|levels| estimate.judge(&levels, order));
+    let judged = judged.and_then(|levels| {
+        let margin = if estimate.gradient.frozen.is_some() {
+            estimate.judge_with_kinks(&levels, order)
+        } else {
+            estimate.judge(&levels, order)
+        };
+        margin.map(|margin| estimate.derivatives = estimate.with_bounds(system, &levels, margin))
+    });
     estimate.withdrawn = judged.err();
     Ok(estimate)
 }
@@ -143,8 +165,35 @@ impl Estimate {
         self.gradient.warnings.iter().find(is_coarse).map_or(Ok(()), |warning| Err(Withdrawn::Warned(warning.clone())))
     }
 
-    /// Sets the uncertainties if they can be trusted.
-    fn judge(&mut self, levels: &Levels, order: usize) -> Result<(), Withdrawn> {
+    /// Sets the uncertainties of a motion with kinks between nodes: J zigzags, and differences fall irregularly, so they are not extrapolated. Returns
+    /// the margin of a difference.
+    fn judge_with_kinks(&mut self, levels: &Levels, order: usize) -> Result<f64, Withdrawn> {
+        let decrease = 2f64.powi(order as i32);
+        let [near, far] = levels.of_gradient;
+        let error = MARGIN_OF_GRADIENT * near.max(far / decrease);
+        if error >= LARGE {
+            return Err(Withdrawn::Large { error });
+        }
+        let [near, far] = levels.of_value.map(f64::abs);
+        self.uncertainty = Some(MARGIN * near.max(far / decrease).max(self.residual.map_or(0.0, f64::abs)));
+        self.gradient_uncertainty = Some(error);
+        Ok(MARGIN_OF_GRADIENT)
+    }
+
+    /// The single derivatives with the bounds of their errors.
+    fn with_bounds(&self, system: &System, levels: &Levels, margin: f64) -> Vec<Derivative> {
+        let rate = if matches!(self.gradient.start, Start::Momentum { .. }) { "p*₀" } else { "v₀" };
+        let of_coordinates =
+            |of: &str| (0..system.n()).map(|i| format!("{of} of `{}`", system.coordinate_name(i))).collect();
+        let designs = (0..system.designs()).map(|p| format!("`{}`", system.design_name(p))).collect();
+        let names: [Vec<String>; 3] = [designs, of_coordinates("q₀"), of_coordinates(rate)];
+        let values = derivatives(best(&self.gradient)).into_iter().zip(&levels.of_derivatives);
+        let all = names.into_iter().flatten().zip(values);
+        all.map(|(of, (value, change))| Derivative { of, value, uncertainty: margin * change }).collect()
+    }
+
+    /// Sets the uncertainties if they can be trusted, and returns the margin of a difference.
+    fn judge(&mut self, levels: &Levels, order: usize) -> Result<f64, Withdrawn> {
         let decrease = 2f64.powi(order as i32);
         let least = decrease / AGREE;
         let [near, far] = levels.of_gradient;
@@ -170,7 +219,7 @@ impl Estimate {
         }
         self.uncertainty = Some(MARGIN * difference.abs().max(self.residual.map_or(0.0, f64::abs)));
         self.gradient_uncertainty = Some(error);
-        Ok(())
+        Ok(MARGIN_OF_GRADIENT / (decrease - 1.0))
     }
 }
 
@@ -220,7 +269,7 @@ impl fmt::Display for Withdrawn {
             ),
             Withdrawn::Disagree { residual, difference } => write!(
                 f,
-                "the error of J is {residual:.1e} by the residuals of the steps, but {difference:.1e} by the difference to every second node: the steps do not resolve the motion"
+                "J of the continuous motion minus J is {residual:.1e} by the residuals of the steps, but {difference:.1e} by the difference to every second node; if the steps resolved the motion, these would agree to a factor of {AGREE}"
             ),
             Withdrawn::Large { error } => {
                 write!(f, "the gradient may be wrong by {:.0} %: use shorter steps", 100.0 * error)

@@ -22,7 +22,7 @@ use super::derivative::Input;
 use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::Verdict;
-use crate::{Error, Gradient, Inputs, Output, Settings, System, estimate};
+use crate::{Error, Gradient, Inputs, Output, Settings, System, Warning, estimate};
 use directions::{only, product, random};
 use identity::identity;
 use own::Own;
@@ -148,6 +148,7 @@ impl GradientCheck<'_> {
             identity,
             rounding,
             warnings,
+            has_kinks: gradient.warnings.iter().any(|warning| matches!(warning, Warning::GridPhase { .. })),
             grid: grid.map_or(String::new(), |grid| grid.in_words()),
             own: Vec::new(),
         };

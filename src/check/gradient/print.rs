@@ -19,6 +19,10 @@ impl fmt::Display for GradientReport {
                 "FAILED, because nothing was compared: the function depends on the inputs by no more than its rounding error"
                     .to_string()
             }
+            Verdict::Right if self.has_kinks => {
+                "right for this grid, but not near the gradient of the continuous motion (see `Gradient::frozen`)"
+                    .to_string()
+            }
             other => other.to_string(),
         };
         let own = if library == self.verdict() { "" } else { "; but see your own gradient" };

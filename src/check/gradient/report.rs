@@ -61,6 +61,8 @@ pub struct GradientReport {
     pub rounding: f64,
     /// Warnings of the motion and its gradient ([`Report::warnings`](crate::Report::warnings)), as text.
     pub warnings: Vec<String>,
+    /// Whether the gradient has [`Warning::GridPhase`](crate::Warning::GridPhase): it belongs to this grid, and not to the continuous motion.
+    pub has_kinks: bool,
     /// The estimated error that the grid causes, in words ([`estimate`](crate::estimate())); empty for an output, or if it cannot be estimated.
     pub grid: String,
     /// The user's gradients.
@@ -212,6 +214,7 @@ mod tests {
             identity: Some(Identity { worst: 0.0, node: 0, first_wrong }),
             rounding: 0.0,
             warnings: Vec::new(),
+            has_kinks: false,
             grid: String::new(),
             own: Vec::new(),
         }
