@@ -54,7 +54,7 @@ impl Cost<1> for Height {
     }
 }
 
-/// What a motion tells.
+/// The results of a motion.
 struct Answer {
     z: f64,
     plain: f64,

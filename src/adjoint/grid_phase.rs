@@ -103,6 +103,9 @@ impl GridPhase {
         self.stops.clear();
         self.nodes.clear();
         self.times.clear();
+        if !system.has_kinks() {
+            return;
+        }
         let fingerprint = evaluation.fingerprint();
         if self.of.as_ref().is_none_or(|(of, values)| Some(*of) != fingerprint || values != design) {
             self.kinks = Kinks::new(system, &evaluation.formulas(system).elements, design);
@@ -350,13 +353,13 @@ impl AdjointSweep {
 
     #[cold]
     fn add_source_rows(&mut self) {
-        let Some((_, rows)) = &self.source else { return };
-        let CostRows { q, v, sigma, u, design, time, .. } = &**rows;
-        let pairs = [(&mut self.cost.q, q), (&mut self.cost.v, v), (&mut self.cost.sigma, sigma), (&mut self.u, u)];
+        let Some(source) = self.source.take() else { return };
+        let (rows, sums) = (&source.1, &mut self.cost);
+        let pairs = [(&mut sums.q, &rows.q), (&mut sums.v, &rows.v), (&mut sums.sigma, &rows.sigma)];
         pairs.into_iter().for_each(|(sum, rows)| add(sum, rows));
-        add(&mut self.design, design);
-        self.time += time;
+        self.add_inputs_of(rows);
         self.cost_is_zero = false;
+        self.source = Some(source);
     }
 
     /// Adds a multiple of another sweep of the same motion; returns the size of what it adds.

@@ -11,12 +11,7 @@ pub(super) struct Levels {
     pub(super) of_gradient: [f64; 2],
     /// Of the derivatives by the design variables, q₀, and v₀ or p*₀: the larger of the first difference and the second one over 2ᵖ.
     pub(super) of_derivatives: Vec<f64>,
-    /// Relative differences below this are rounding.
-    pub(super) rounding: f64,
 }
-
-/// Relative differences below this are rounding.
-const ROUNDING: f64 = 1e-11;
 
 impl Levels {
     /// From the gradient on the given grid.
@@ -44,7 +39,6 @@ impl Levels {
             of_derivatives: (0..singles[0].len()).map(of_one).collect(),
             of_value: [fine.value - middle.value, middle.value - last.value],
             of_gradient: [apart(&all[0], &all[1]) / size, apart(&all[1], &all[2]) / size],
-            rounding: ROUNDING,
         })
     }
 }
@@ -82,7 +76,7 @@ fn effects(inputs: &Inputs, of: &Gradient, on: &Inputs) -> Vec<f64> {
     of_one.chain(of_controls).collect()
 }
 
-/// The same motion with steps twice as long; controls keep their values at the nodes that remain.
+/// The inputs with steps twice as long; controls keep their values at the nodes that remain.
 pub(super) fn every_second(inputs: &Inputs) -> Inputs {
     let steps = inputs.grid.steps.chunks(2).map(|pair| pair.iter().sum()).collect();
     let last = inputs.grid.steps.len();

@@ -23,6 +23,8 @@ const MARGIN: f64 = 2.0;
 const MARGIN_OF_GRADIENT: f64 = 3.0;
 /// Two estimates of one error agree if their ratio is below this.
 const AGREE: f64 = 3.0;
+/// Relative differences below this are rounding.
+const ROUNDING: f64 = 1e-11;
 /// A relative error of the gradient above this is no estimate any more.
 const LARGE: f64 = 0.3;
 
@@ -116,7 +118,18 @@ pub fn estimate(system: &System, inputs: &Inputs, settings: Settings) -> Result<
     let mut solver = Solver::new(system, Settings { keep_adjoint: true, ..settings });
     solver.simulate(inputs)?;
     let gradient = solver.gradient()?.clone();
-    let residual = Residual::new(&solver)?;
+    estimate_of(&solver, inputs, gradient, settings)
+}
+
+/// As [`estimate`], from a solver that stores the adjoint variables of this gradient of J.
+pub(crate) fn estimate_of(
+    solver: &Solver,
+    inputs: &Inputs,
+    gradient: Gradient,
+    settings: Settings,
+) -> Result<Estimate, Error> {
+    let system = solver.system();
+    let residual = Residual::new(solver)?;
     let mut estimate = Estimate {
         value: gradient.value,
         uncertainty: None,
@@ -128,15 +141,17 @@ pub fn estimate(system: &System, inputs: &Inputs, settings: Settings) -> Result<
         gradient,
     };
     let order = system.order_of_sums().unwrap_or(1).min(settings.scheme.order);
+    // Twice as many steps reduce the error by this factor.
+    let decrease = 2f64.powi(order as i32);
     let judged = estimate.check_warnings().and_then(|()| coarser(system, inputs)).and_then(|coarse| {
-        let levels = Levels::new(system, inputs, &estimate.gradient, &coarse, (settings, 2f64.powi(order as i32)));
+        let levels = Levels::new(system, inputs, &estimate.gradient, &coarse, (settings, decrease));
         levels.map_err(|error| Withdrawn::NoCoarserMotion(Box::new(error)))
     });
     let judged = judged.and_then(|levels| {
         let margin = if estimate.gradient.frozen.is_some() {
-            estimate.judge_with_kinks(&levels, order)
+            estimate.judge_with_kinks(&levels, decrease)
         } else {
-            estimate.judge(&levels, order)
+            estimate.judge(&levels, decrease)
         };
         margin.map(|margin| estimate.derivatives = estimate.with_bounds(system, &levels, margin))
     });
@@ -158,17 +173,22 @@ impl Estimate {
     fn check_warnings(&self) -> Result<(), Withdrawn> {
         let is_coarse = |warning: &&Warning| {
             use Warning::{Braked, Drift, HalvedSteps, Rough, Unresolved, UnresolvedElement};
-            let all =
-                matches!(warning, Braked { .. } | Drift { .. } | HalvedSteps { .. } | Rough { .. } | Unresolved { .. });
-            all || matches!(warning, UnresolvedElement { .. })
+            matches!(
+                warning,
+                Braked { .. }
+                    | Drift { .. }
+                    | HalvedSteps { .. }
+                    | Rough { .. }
+                    | Unresolved { .. }
+                    | UnresolvedElement { .. }
+            )
         };
         self.gradient.warnings.iter().find(is_coarse).map_or(Ok(()), |warning| Err(Withdrawn::Warned(warning.clone())))
     }
 
     /// Sets the uncertainties of a motion with kinks between nodes: J zigzags, and differences fall irregularly, so they are not extrapolated. Returns
     /// the margin of a difference.
-    fn judge_with_kinks(&mut self, levels: &Levels, order: usize) -> Result<f64, Withdrawn> {
-        let decrease = 2f64.powi(order as i32);
+    fn judge_with_kinks(&mut self, levels: &Levels, decrease: f64) -> Result<f64, Withdrawn> {
         let [near, far] = levels.of_gradient;
         let error = MARGIN_OF_GRADIENT * near.max(far / decrease);
         if error >= LARGE {
@@ -193,11 +213,10 @@ impl Estimate {
     }
 
     /// Sets the uncertainties if they can be trusted, and returns the margin of a difference.
-    fn judge(&mut self, levels: &Levels, order: usize) -> Result<f64, Withdrawn> {
-        let decrease = 2f64.powi(order as i32);
+    fn judge(&mut self, levels: &Levels, decrease: f64) -> Result<f64, Withdrawn> {
         let least = decrease / AGREE;
         let [near, far] = levels.of_gradient;
-        if far < least * near && near > levels.rounding {
+        if far < least * near && near > ROUNDING {
             return Err(Withdrawn::Unresolved { ratio: far / near, least });
         }
         let error = MARGIN_OF_GRADIENT * near / (decrease - 1.0);
@@ -207,7 +226,7 @@ impl Estimate {
         let [near, far] = levels.of_value;
         // J of the continuous motion − J.
         let difference = near / (decrease - 1.0);
-        let is_exact = difference.abs() <= levels.rounding * self.value.abs();
+        let is_exact = difference.abs() <= ROUNDING * self.value.abs();
         match self.residual.filter(|_| !is_exact) {
             Some(residual) if !(residual / difference < AGREE && difference / residual < AGREE) => {
                 return Err(Withdrawn::Disagree { residual, difference });

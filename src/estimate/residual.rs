@@ -9,9 +9,10 @@
 //!
 //! because a_n and b_n are the derivatives of −J by perturbations of the step's equations E1 and E2.
 
-use nalgebra::{Matrix4, Vector4};
+use nalgebra::{DMatrix, Matrix4, Vector4};
 
 use crate::accelerations::CostSum;
+use crate::motion::column;
 use crate::number::dot;
 use crate::system::{CostFactors, Weights};
 use crate::{Error, Solver, Trajectory};
@@ -34,17 +35,15 @@ impl Residual {
         let of_step = |n: usize| {
             let (first, weights) = weights(&motion.times, n);
             let between = |list: &[f64]| weights.iter().zip(list).map(|(w, x)| w * x).sum::<f64>();
-            let row = |matrix: &nalgebra::DMatrix<f64>, k: usize| std::array::from_fn(|i| matrix[(k, first + i)]);
-            let residual = |rates: &nalgebra::DMatrix<f64>, states: &nalgebra::DMatrix<f64>| {
+            let row = |matrix: &DMatrix<f64>, k: usize| std::array::from_fn(|i| matrix[(k, first + i)]);
+            let residual = |rates: &DMatrix<f64>, states: &DMatrix<f64>| {
                 let of = |k: usize| between(&row(rates, k) as &[f64; 4]) - (states[(k, n)] - states[(k, n - 1)]);
                 (0..states.nrows()).map(of).collect::<Vec<f64>>()
             };
             let (of_q, of_p) = (residual(&motion.v, &motion.q), residual(&motion.p_star_dot, &motion.p_star));
-            let column = |matrix: &nalgebra::DMatrix<f64>| matrix.column(n).iter().copied().collect::<Vec<f64>>();
-            let (a, b) = (column(&adjoint.a), column(&adjoint.b));
             let half = 0.5 * (motion.times[n] - motion.times[n - 1]);
             let of_cost = between(&integrand[first..first + 4]) - half * (integrand[n - 1] + integrand[n]);
-            of_cost - dot(&a, &of_q) - dot(&b, &of_p)
+            of_cost - dot(column(&adjoint.a, n), &of_q) - dot(column(&adjoint.b, n), &of_p)
         };
         Ok(Some(Residual { steps: (1..motion.times.len()).map(of_step).collect() }))
     }

@@ -1,4 +1,4 @@
-//! What the reset map of an event reads and writes in products with the Hessian.
+//! [`Along`] and [`BackwardAlong`]: what the reset map of an event reads and writes in products with the Hessian.
 
 use super::backward::Backward;
 use super::forward::After;

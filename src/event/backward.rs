@@ -1,4 +1,4 @@
-//! What the reset map of an event reads and writes in the backward sweep.
+//! [`Backward`]: what the reset map of an event reads and writes in the backward sweep.
 
 use crate::System;
 use crate::motion::{Happened, Motion, Report};

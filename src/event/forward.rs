@@ -1,4 +1,4 @@
-//! What the reset map of an event reads and writes in the forward sweep.
+//! [`Forward`]: what the reset map of an event reads and writes in the forward sweep.
 
 use crate::System;
 use crate::motion::{Motion, Report};

@@ -22,7 +22,8 @@ use super::derivative::Input;
 use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::Verdict;
-use crate::{Error, Gradient, Inputs, Output, Settings, System, Warning, estimate};
+use crate::estimate::estimate_of;
+use crate::{Error, Gradient, Inputs, Output, Settings, System, Warning};
 use directions::{only, product, random};
 use identity::identity;
 use own::Own;
@@ -112,6 +113,8 @@ impl GradientCheck<'_> {
         let (subject, of) = (self.subject, self.subject.name()?);
         let (mut solver, gradient) = subject.solved()?;
         let warnings = warnings_of(&solver);
+        let estimate = || estimate_of(&solver, subject.inputs, gradient.clone(), subject.settings).ok();
+        let grid = (subject.which == 0).then(estimate).flatten();
         let mut random_source = Random::new(self.seed);
         let parts = Part::all_of(subject.inputs);
         let sizes = sizes_of_inputs(subject.system, subject.inputs, &mut solver);
@@ -135,9 +138,6 @@ impl GradientCheck<'_> {
         let (rounding, value) = (ways.rounding(), gradient.value);
         let (singles, worst_singles) =
             if self.complete { self.singles(&mut ways, &sizes, &gradient)? } else { Default::default() };
-        let own_settings = Settings { keep_adjoint: false, ..subject.settings };
-        let is_cost = subject.which == 0;
-        let grid = is_cost.then(|| estimate(subject.system, subject.inputs, own_settings).ok()).flatten();
         let mut report = GradientReport {
             of,
             value,

@@ -1,7 +1,7 @@
 //! [`KinkFormula`]: programs for the functions whose zeros are the kinks of a formula.
 
 use super::labelled::{Labelled, gradient};
-use super::shape::{Shape, Slot};
+use super::shape::{Shape, Slot, bound_constants};
 use crate::program::Template;
 
 /// The kinks of a formula, numbered consecutively.
@@ -23,8 +23,7 @@ impl KinkFormula {
         if kinks.is_empty() {
             return None;
         }
-        let constants = (0..shape.p).filter(|&p| bound[p]).map(Slot::B);
-        let variables: Vec<Slot> = shape.of_element().chain(constants).collect();
+        let variables: Vec<Slot> = shape.of_element().chain(bound_constants(bound)).collect();
         let one = graph.constant(1.0);
         let mut slopes = Vec::new();
         for (k, kink) in kinks.iter().enumerate() {
