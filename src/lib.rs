@@ -117,8 +117,10 @@ pub use model::element::{
     self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListConstraint, ListCost, ListForce,
     ListForcePoint, ListKineticEnergy, ListPoint, ListPotentialEnergy, ParameterFormula, PotentialEnergy, Sum,
 };
-pub use model::{Control, Coordinate, Design, Multiplier, Output, Param};
-pub use motion::{Compliance, Composition, Grid, Held, Inputs, Progress, Report, Start, States, Task, Trajectory};
+pub use model::{Control, Coordinate, Design, Event, Multiplier, Output, Param};
+pub use motion::{
+    Compliance, Composition, Grid, Held, Inputs, Occurrence, Progress, Report, Start, States, Task, Trajectory,
+};
 pub use number::{Arithmetic, Cx, Hyper, Real, Scalar};
 pub use scene::{EndState, Scene, planar, scenes};
 pub use scheme::Scheme;

@@ -164,6 +164,37 @@ pub enum Warning {
         /// The same derivative at frozen grid phase.
         frozen: f64,
     },
+    /// An element has a kink between two nodes of a motion whose events are located ([`Inputs::events`](crate::Inputs::events)), and none of them is this
+    /// one: the gradient depends on where between the nodes the kink lies.
+    KinkBetweenNodes {
+        /// The element.
+        element: String,
+        /// The first step within which a kink lies, counted from 1.
+        step: usize,
+        /// Time at the end of this step, s.
+        time: f64,
+    },
+    /// The function of an event hardly crosses zero: its rate is small in comparison with its values before the event, so that small changes of the inputs
+    /// change the time of the event much, or prevent it.
+    Grazed {
+        /// The event.
+        event: String,
+        /// Its node.
+        node: usize,
+        /// Its time, s.
+        time: f64,
+        /// The rate times the length of the steps since the event before, relative to the largest value of the function in these steps.
+        share: f64,
+    },
+    /// Between two nodes before an event, its function seems to become zero and to return, so that the event happens earlier than the grid shows.
+    MissedEvent {
+        /// The event.
+        event: String,
+        /// Its node.
+        node: usize,
+        /// The time at which its function seems to be zero, s.
+        time: f64,
+    },
     /// Positions violate a constraint by more than [`DRIFT`](Warning::DRIFT) times the lengths in it, because only the velocities satisfy
     /// dΦ/dt = 0 and positions follow by quadrature. The result is no longer a motion of this mechanism.
     ///
@@ -311,6 +342,23 @@ impl fmt::Display for Warning {
                 seconds(*time),
                 four_digits(*value),
                 four_digits(*frozen)
+            ),
+            Warning::KinkBetweenNodes { element, step, time } => write!(
+                f,
+                "`{element}` has a kink within step {step} (t = {} s) that no event locates, and the gradient depends on where in the step it lies; \
+                 define an event for it (`Scene::event`), and add it to `Inputs::events`",
+                seconds(*time)
+            ),
+            Warning::Grazed { event, node, time, share } => write!(
+                f,
+                "event `{event}` at node {node} (t = {} s) hardly happens: its function crosses zero with {share:.1e} of the rate with which it came; derivatives \
+                 of its time are large, and small changes of the inputs may prevent it",
+                seconds(*time)
+            ),
+            Warning::MissedEvent { event, node, time } => write!(
+                f,
+                "event `{event}` of node {node} seems to happen twice between two nodes at t = {} s, before the node; use shorter steps there",
+                seconds(*time)
             ),
             Warning::Drift { equation, violation, share, step, time } => write!(
                 f,

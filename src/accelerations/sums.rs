@@ -82,7 +82,7 @@ impl<R: Real> Trajectory<R> {
         (factors, accelerations): (CostFactors, &mut AccelerationsOfCosts),
     ) -> Result<Vec<R>, Error> {
         self.check_fits(system, inputs)?;
-        let refinement = self.refinement(&inputs.grid)?;
+        let refinement = self.refinement(inputs)?;
         let mut costs = CostSum { accelerations: std::mem::take(accelerations), ..CostSum::new(&refinement, factors) };
         let design = system.parameters().values(inputs.design.as_slice());
         let at = self.columns(0).with_inputs((inputs.controls_at(0), &design));

@@ -87,14 +87,32 @@ impl GridPhase {
     ) -> Result<(), Error> {
         let SolvedMotion { motion, linearisation, report, watch } = solved;
         motion.trajectory.check_complete(&motion.inputs)?;
-        self.begin(system, &linearisation.evaluation, motion);
+        self.examine_all(system, &linearisation.evaluation, motion);
+        self.begin_back(sweeps, system, motion, settings, choose)?;
+        self.back(sweeps, system, motion, linearisation, (0..motion.nodes(), watch))?;
+        self.finish(sweeps, system, motion, report)
+    }
+
+    /// Examines all nodes of a motion.
+    pub(crate) fn examine_all(&mut self, system: &System, evaluation: &Evaluation, motion: &Motion) {
+        self.begin(system, evaluation, motion);
         if !self.kinks.all().is_empty() {
             let refinement = motion.refinement();
             (0..motion.nodes()).for_each(|node| self.examine(motion, &refinement, node));
         }
-        self.begin_back(sweeps, system, motion, settings, choose)?;
-        self.back(sweeps, system, motion, linearisation, (0..motion.nodes(), watch))?;
-        self.finish(sweeps, system, motion, report)
+    }
+
+    /// The first kink of an examined motion with located events that none of them locates.
+    pub(crate) fn unlocated(&self, system: &System, motion: &Motion) -> Option<Warning> {
+        // By rounding, a kink at the node of an event lies before it or behind it.
+        let is_located =
+            |given: usize| motion.inputs.events.iter().any(|event| event.node == given || event.node + 1 == given);
+        let is_real = |kink: &Crossing| kink.change.abs() > ROUNDING * self.largest[kink.kink];
+        let mut kinks = self.stops.iter().filter_map(|stop| Some((stop.given, stop.kink.filter(is_real)?)));
+        let (given, crossing) = kinks.find(|(given, _)| !is_located(*given))?;
+        let element = self.kinks.element(system, crossing.kink).to_string();
+        let (step, time) = (motion.refinement().step_of_whole(self.nodes[given]), self.times[given]);
+        Some(Warning::KinkBetweenNodes { element, step, time })
     }
 
     /// Begins a motion.
@@ -282,9 +300,9 @@ impl GridPhase {
     fn warn(&self, system: &System, motion: &Motion, (plain, frozen): (&mut AdjointSweep, &AdjointSweep)) {
         let Some((of, value, frozen)) = worst(system, motion, &plain.gradient, &frozen.gradient) else { return };
         let Some(Stop { given, kink: Some(crossing) }) = self.worst.1 else { return };
-        let element = &system.formulas().elements[self.kinks.all()[crossing.kink].element].name;
+        let element = self.kinks.element(system, crossing.kink).to_string();
         let (step, time) = (plain.refinement.step_of_whole(self.nodes[given]), self.times[given]);
-        plain.report.warn(Warning::GridPhase { element: element.clone(), step, time, of, value, frozen });
+        plain.report.warn(Warning::GridPhase { element, step, time, of, value, frozen });
     }
 
     /// The derivative by the time of a stop if the given nodes between its neighbours move in proportion.

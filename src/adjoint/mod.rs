@@ -10,6 +10,7 @@ mod gradient;
 mod grid_phase;
 mod grid_phase_warning;
 mod growth;
+mod located;
 mod record;
 mod resolution;
 mod second_order;
@@ -18,5 +19,6 @@ mod sweep;
 
 pub use gradient::{AdjointVariables, Gradient};
 pub(crate) use grid_phase::GridPhase;
-pub(crate) use second_order::SecondOrderSweep;
+pub(crate) use located::Located;
+pub(crate) use second_order::{SecondOrderSweep, check as check_direction};
 pub(crate) use sweep::AdjointSweep;

@@ -36,7 +36,7 @@ pub(crate) struct AdjointSweep {
     pub(super) variables: Option<AdjointVariables>,
     /// The adjoint variables of all stages, for second derivatives; true if they belong to the current motion and factors.
     pub(super) record: Option<Record>,
-    pub(super) is_recorded: bool,
+    pub(crate) is_recorded: bool,
     /// The stages of the current step, the last of which is the node, and the current stage.
     pub(crate) step: Vec<StageAdjoint>,
     pub(crate) stage: usize,

@@ -220,6 +220,40 @@ impl fmt::Display for Error {
                  velocities, {momentum:.3e} in p* of `{coordinate}` at v = 0; simulate without `Settings::drift_bound`, and use shorter steps instead",
                 seconds(*time)
             ),
+            Error::EventNotReached { event, node, until, closest, gap } => write!(
+                f,
+                "event `{event}`, which should determine node {node}, does not happen until t = {} s: its function is closest to zero at t = {} s, where it is \
+                 {gap:.3e}; extend the grid, or remove the event from `Inputs::events`",
+                seconds(*until),
+                seconds(*closest)
+            ),
+            Error::EventNotLocated { event, node, time, gap } => write!(
+                f,
+                "event `{event}`, which should determine node {node}, cannot be located: at t = {} s its function is still {gap:.3e}; begin with a grid \
+                 whose node {node} is closer to the event, and check that the function crosses zero there and does not jump",
+                seconds(*time)
+            ),
+            Error::EventAtEnd { event, node, time, left } => write!(
+                f,
+                "event `{event}` at node {node} happens at t = {} s, {:.3e} s after the end of the grid; extend the grid, or remove the event from \
+                 `Inputs::events`",
+                seconds(*time),
+                -left
+            ),
+            Error::EventGrazed { event, node, time, slope } => write!(
+                f,
+                "event `{event}` at node {node}, t = {} s, has no derivatives: its function touches zero there (rate {slope:.3e}) and does not cross it",
+                seconds(*time)
+            ),
+            Error::EventArguments { event } => write!(
+                f,
+                "event `{event}` depends on accelerations, reactions or rates of controls; its function may read q, v, σ, u, the time and parameters"
+            ),
+            Error::EventsInPart => write!(
+                f,
+                "the inputs are a part of a longer motion (`Grid::part`), and have events; events are located in whole motions only, so simulate the part \
+                 with the steps found for the whole motion (`Solver::inputs`) and without events"
+            ),
             Error::Tolerance { time, length, error } => write!(
                 f,
                 "the tolerance cannot be met at t = {} s: the estimated error of a step of {length:.1e} s is still {error:.1e} times the tolerance; use a \

@@ -324,6 +324,59 @@ pub enum Error {
         /// The time, s.
         time: f64,
     },
+    /// The function of an event does not become zero before the motion ends.
+    EventNotReached {
+        /// The event.
+        event: String,
+        /// The node that it should determine.
+        node: usize,
+        /// The end of the search, s.
+        until: f64,
+        /// The time at which the function is closest to zero, s.
+        closest: f64,
+        /// Its value there.
+        gap: f64,
+    },
+    /// The zero of the function of an event is not found by changing the length of the steps before it.
+    EventNotLocated {
+        /// The event.
+        event: String,
+        /// The node that it should determine.
+        node: usize,
+        /// The time that was tried last, s.
+        time: f64,
+        /// The value of the function there.
+        gap: f64,
+    },
+    /// No time is left after the last event.
+    EventAtEnd {
+        /// The event.
+        event: String,
+        /// Its node.
+        node: usize,
+        /// Its time, s.
+        time: f64,
+        /// The time from the event to the end of the grid, s.
+        left: f64,
+    },
+    /// The derivative of the function of an event by its time vanishes, so that the event has no derivatives.
+    EventGrazed {
+        /// The event.
+        event: String,
+        /// Its node.
+        node: usize,
+        /// Its time, s.
+        time: f64,
+        /// The derivative of the function by the time.
+        slope: f64,
+    },
+    /// The function of an event reads v̇, λ or u̇.
+    EventArguments {
+        /// The event.
+        event: String,
+    },
+    /// The inputs of a part of a motion have events.
+    EventsInPart,
     /// Even the shortest step has an estimated error above the tolerance.
     Tolerance {
         /// Time at the beginning of the step, s.

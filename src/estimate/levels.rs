@@ -1,7 +1,7 @@
 //! [`Levels`]: the differences of J and of its gradient between the given grid, every second, and every fourth of its nodes.
 
 use crate::adjoint::Gradient;
-use crate::{Error, Grid, Inputs, Settings, System, gradient};
+use crate::{Error, Grid, Inputs, Occurrence, Settings, System, gradient};
 
 /// Differences between the given grid and every second node, and between these and every fourth.
 pub(super) struct Levels {
@@ -82,5 +82,6 @@ pub(super) fn every_second(inputs: &Inputs) -> Inputs {
     let last = inputs.grid.steps.len();
     let nodes: Vec<usize> = (0..last).step_by(2).chain([last]).collect();
     let grid = Grid::new(inputs.grid.start, steps);
-    Inputs { grid, controls: inputs.controls.select_columns(&nodes), ..inputs.clone() }
+    let events = inputs.events.iter().map(|event| Occurrence { node: event.node / 2, ..*event }).collect();
+    Inputs { grid, controls: inputs.controls.select_columns(&nodes), events, ..inputs.clone() }
 }

@@ -69,8 +69,8 @@ pub struct Derivative {
 #[non_exhaustive]
 pub enum Withdrawn {
     /// A cost is read at a single node ([`Sum::Node`](crate::Sum::Node)) or summed over nodes without their steps ([`Sum::Plain`](crate::Sum::Plain),
-    /// [`Sum::AllNodes`](crate::Sum::AllNodes)), or the grid is composed or has fewer than eight steps: every second node has no motion with the
-    /// same J.
+    /// [`Sum::AllNodes`](crate::Sum::AllNodes)), the grid is composed or has fewer than eight steps, or the number of the node of an event is not a
+    /// multiple of four: every second node has no motion with the same J.
     NoCoarserGrid,
     /// The motion or its gradient has a warning which says that the steps do not resolve it.
     Warned(Warning),
@@ -161,7 +161,8 @@ pub(crate) fn estimate_of(
 
 /// The inputs on every second and every fourth node.
 fn coarser(system: &System, inputs: &Inputs) -> Result<[Inputs; 2], Withdrawn> {
-    if inputs.grid.steps.len() < 8 || inputs.grid.stages > 1 || system.order_of_sums().is_none() {
+    let keeps = inputs.events.iter().all(|event| event.node.is_multiple_of(4));
+    if !keeps || inputs.grid.steps.len() < 8 || inputs.grid.stages > 1 || system.order_of_sums().is_none() {
         return Err(Withdrawn::NoCoarserGrid);
     }
     let second = every_second(inputs);

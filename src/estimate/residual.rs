@@ -74,7 +74,7 @@ impl Residual {
 /// h at every node: the sum of the costs that are integrated.
 fn integrand(solver: &Solver, motion: &Trajectory) -> Result<Vec<f64>, Error> {
     let (system, inputs) = (solver.system(), solver.inputs());
-    let refinement = motion.refinement(&inputs.grid)?;
+    let refinement = motion.refinement(inputs)?;
     let mut sums = CostSum::new(&refinement, CostFactors::of_cost(system.outputs()));
     let design = system.parameters().values(inputs.design.as_slice());
     let of_node = |node: usize| {

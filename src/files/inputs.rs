@@ -19,6 +19,9 @@ struct File {
     /// The values at all nodes.
     controls: Named<Vec<f64>>,
     design: Named<f64>,
+    /// Events and their nodes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    events: Vec<(String, usize)>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -110,6 +113,7 @@ impl Inputs {
             start,
             controls: by_controls(system, &self.controls),
             design: Named::new(designs(system), self.design.iter().copied()),
+            events: self.events.iter().map(|of| (system.event_name(of.event.index()).to_string(), of.node)).collect(),
         };
         serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole file", &error.to_string()))
     }
@@ -148,7 +152,13 @@ impl Inputs {
         }
         let controls = DMatrix::from_fn(rows.len(), nodes, |k, i| rows[k][i]);
         let design = DVector::from_vec(file.design.in_order("inputs", "design", designs(system))?);
-        let inputs = Inputs { grid, start, controls, design };
+        let events = file.events.iter().map(|(name, node)| {
+            let event = (0..system.events()).find(|&event| system.event_name(event) == name);
+            let event = event.ok_or_else(|| wrong("`events`", &format!("the system has no `{name}`")))?;
+            Ok(system.event(event).at(*node))
+        });
+        let events = events.collect::<Result<_, Error>>()?;
+        let inputs = Inputs { grid, start, controls, design, events };
         inputs.check(system)?;
         Ok(inputs)
     }

@@ -1,11 +1,13 @@
 //! The forward sweep: the consistent start, then one step after another.
 
 mod adapt;
+mod checkpoint;
 mod continuation;
 mod drift;
 mod events;
 mod failure;
 mod given_start;
+mod locate;
 mod monitor;
 mod restart;
 mod restarting;
@@ -17,6 +19,7 @@ mod sweep;
 mod unresolved_steps;
 mod window;
 
+pub(crate) use checkpoint::Checkpoint;
 pub(crate) use stepper::Stepper;
 pub(crate) use sweep::ForwardSweep;
 pub(crate) use window::HISTORY;

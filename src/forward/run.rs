@@ -4,13 +4,16 @@ use nalgebra::DMatrix;
 
 use super::{ForwardSweep, restart, start};
 use crate::assembly::Assembler;
-use crate::motion::{Clock, Examiner, Report, Task, column};
+use crate::motion::{Clock, Examiner, Report, Scales, Task, column};
 use crate::node::StepFailure;
 use crate::system::{Given, NodeView, Order};
 use crate::{Error, Inputs, Settings, Start, System, Trajectory, Warning, memory};
 
 impl ForwardSweep {
     pub(crate) fn run(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
+        if !inputs.events.is_empty() {
+            return self.run_located(system, inputs, settings);
+        }
         self.begin(system, inputs, inputs.grid.nodes(), settings)?;
         self.advance(system, settings, usize::MAX).map(|_| ())
     }
@@ -33,6 +36,7 @@ impl ForwardSweep {
         self.motion.trajectory.inserted.clear();
         self.motion.ahead.forget();
         self.motion.is_growing = false;
+        self.motion.scales = Scales::default();
         self.monitor.most_turn = Warning::TURN;
         self.dependence.forget_brakes();
         self.stepper.continuation.counted = 0;

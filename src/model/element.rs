@@ -240,6 +240,8 @@ pub enum Sum {
     Terminal,
     /// h_i at this node of the given grid only, for example the residual of a reading.
     Node(usize),
+    /// h_i at the node of this event only, counted from 0 in [`Inputs::events`](crate::Inputs::events); 0 if the inputs have fewer events.
+    Event(usize),
 }
 
 impl Sum {

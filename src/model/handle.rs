@@ -109,4 +109,6 @@ handles! {
     Output;
     /// The Lagrange multiplier (impulse σ) of one constraint equation.
     Multiplier;
+    /// A function of the state whose zero is an event ([`Scene::event`](crate::Scene::event)).
+    Event;
 }

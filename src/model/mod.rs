@@ -9,7 +9,7 @@ mod sketch;
 
 pub(crate) use frame::Owner;
 pub use frame::{Frame, Point};
-pub use handle::{Control, Coordinate, Design, Multiplier, Output};
+pub use handle::{Control, Coordinate, Design, Event, Multiplier, Output};
 pub(crate) use handle::{Handle, SceneTag};
 pub use param::Param;
 #[cfg(feature = "files")]

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::Scales;
 use super::ahead::Ahead;
 use super::events::Events;
 use super::grid::Grid;
@@ -33,6 +34,8 @@ pub(crate) struct Motion {
     pub(crate) start_blocks: Vec<f64>,
     pub(crate) no_sigma: Vec<f64>,
     pub(crate) events: Events,
+    /// For a motion with located events, the factors of the given steps.
+    pub(crate) scales: Scales,
     /// The small compliances of all equations that close loops, with none of them left out; empty unless some depend on each other.
     pub(crate) shared: Vec<(usize, f64)>,
     /// For each column, true if the end of its step was badly predicted, so that the step is checked for unresolved forces.
@@ -46,6 +49,7 @@ impl Motion {
             start: Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) },
             controls: DMatrix::zeros(0, 0),
             design: DVector::zeros(0),
+            events: Vec::new(),
         };
         Motion {
             inputs,
@@ -60,6 +64,7 @@ impl Motion {
             start_blocks: Vec::new(),
             no_sigma: vec![0.0; system.m()],
             events: Events::default(),
+            scales: Scales::default(),
             shared: Vec::new(),
             surprising: Vec::new(),
         }

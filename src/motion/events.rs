@@ -83,6 +83,20 @@ impl Events {
         [q, v, p_star_dot, sigma, blocks].into_iter().for_each(Vec::clear);
     }
 
+    /// Forgets the events after a node.
+    pub(crate) fn truncate(&mut self, node: usize) {
+        let (all, left) = (self.nodes.len(), self.nodes.partition_point(|&at| at <= node));
+        if left == all {
+            return;
+        }
+        let StepEnds { q, v, p_star_dot, sigma, blocks } = &mut self.ends;
+        [q, v, p_star_dot, sigma, blocks].into_iter().for_each(|list| list.truncate(list.len() / all * left));
+        self.nodes.truncate(left);
+        self.happened.truncate(left);
+        self.numbers_end.truncate(left);
+        self.numbers.truncate(self.numbers_end.last().copied().unwrap_or(0));
+    }
+
     /// True if both have the same events at the same nodes.
     pub(crate) fn are_alike(&self, other: &Events) -> bool {
         self.nodes == other.nodes && self.happened == other.happened

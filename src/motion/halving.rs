@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use super::computed::Motion;
 use super::{Refinement, column_mut};
-use crate::Settings;
+use crate::{Inputs, Settings};
 
 /// Largest number of halvings of a step; shorter parts would be lost in its rounding.
 const MOST_HALVINGS: usize = 52;
@@ -28,8 +28,8 @@ impl Motion {
 
     /// The relation between the computed grid and the given grid.
     pub(crate) fn refinement(&self) -> Refinement {
-        let grid = &self.inputs.grid;
-        Refinement::new(&grid.steps, grid.around[0], &self.trajectory.inserted)
+        let Inputs { grid, events, .. } = &self.inputs;
+        Refinement::new((&grid.steps, events), grid.around[0], &self.trajectory.inserted)
     }
 
     /// Number (from 1) of the given step that contains or ends at `node`, counted in the longer motion of which this motion is a part; 0 at the start
@@ -86,6 +86,27 @@ impl Motion {
         self.carry(node, node + self.ahead.gap);
         if self.ahead.halvings > 0 {
             self.ahead.parts.push(self.ahead.halvings);
+        }
+    }
+
+    /// Takes the given steps and controls behind a node that was computed; steps before it keep their halvings, and all others are forgotten.
+    pub(crate) fn retake(&mut self, node: usize, given: &Inputs) {
+        let inserted = self.trajectory.inserted.partition_point(|&inserted| inserted <= node);
+        self.trajectory.inserted.truncate(inserted);
+        self.trajectory.compliance.retain(|part| part.from <= node);
+        self.ahead.forget();
+        self.ahead.known = node;
+        let (before, nodes) = (node - inserted, given.grid.nodes() + inserted);
+        let Motion { inputs, .. } = self;
+        inputs.grid.steps.truncate(node);
+        inputs.grid.steps.extend_from_slice(&given.grid.steps[before..]);
+        if inputs.controls.ncols() != nodes {
+            let controls = std::mem::replace(&mut inputs.controls, DMatrix::zeros(0, 0));
+            inputs.controls = controls.resize_horizontally(nodes, 0.0);
+        }
+        inputs.controls.columns_mut(node + 1, nodes - node - 1).copy_from(&given.controls.columns_range(before + 1..));
+        if !self.is_window() && self.trajectory.times.len() != nodes {
+            self.make_room(nodes);
         }
     }
 

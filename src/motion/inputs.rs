@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::occurrence::{Occurrence, check_events};
 use crate::motion::{Grid, column};
 use crate::number::Real;
 use crate::{Control, Coordinate, Error, System, memory};
@@ -148,6 +149,10 @@ pub struct Inputs<R = f64> {
     pub controls: DMatrix<R>,
     /// The values of the design variables.
     pub design: DVector<R>,
+    /// The events that determine nodes, in the order of their nodes ([`Scene::event`](crate::Scene::event)). The steps of the grid are then guesses:
+    /// those before an event are multiplied by a common factor, and those after the last event by one that keeps the end of the motion, unless
+    /// the last node has an event. Controls belong to nodes and move with them.
+    pub events: Vec<Occurrence>,
 }
 
 impl<R> Inputs<R> {
@@ -188,6 +193,7 @@ impl Inputs {
             start: Start::Velocity { q: system.initial_coordinates(), v: DVector::zeros(system.n()) },
             controls: DMatrix::zeros(system.k(), grid.nodes()),
             design: system.design_values(),
+            events: Vec::new(),
             grid,
         }
     }
@@ -212,7 +218,7 @@ impl Inputs {
     pub fn no_change(&self) -> Inputs {
         let grid = Grid { start: 0.0, steps: vec![0.0; self.grid.steps.len()], ..self.grid };
         let (start, controls) = (self.start.map(|_| 0.0), self.controls.map(|_| 0.0));
-        Inputs { grid, start, controls, design: self.design.map(|_| 0.0) }
+        Inputs { grid, start, controls, design: self.design.map(|_| 0.0), events: self.events.clone() }
     }
 
     /// Inputs of another number type; `make` combines each value with its change along a direction of the same shape.
@@ -264,6 +270,7 @@ impl Inputs {
         self.start.rate_mut().copy_from(other.start.rate());
         self.controls.copy_from(&other.controls);
         self.design.copy_from(&other.design);
+        self.events.clone_from(&other.events);
     }
 
     /// The inputs converted to another number type, with zero imaginary or derivative parts.
@@ -274,6 +281,7 @@ impl Inputs {
             start: self.start.map(R::from),
             controls: self.controls.map(R::from),
             design: self.design.map(R::from),
+            events: self.events.clone(),
         }
     }
 
@@ -306,6 +314,7 @@ impl Inputs {
             let what = format!("the node at which `{cost}` is evaluated (`Sum::Node`)");
             return Err(Error::Parameter { what, value: node as f64, must_be: "at most the number of steps" });
         }
+        check_events(self, system)?;
         if self.grid.stages == 0 {
             return Err(Error::Parameter { what: "`Grid::stages`".into(), value: 0.0, must_be: "1 or more" });
         }

@@ -11,9 +11,9 @@
 
 use nalgebra::DMatrix;
 
-use super::column_mut;
+use super::{Occurrence, column_mut};
 use crate::number::Real;
-use crate::system::{Beside, GivenWeights, Weights};
+use crate::system::{Beside, GivenWeights, Occurring, Weights};
 use crate::{Error, Grid, Inputs, Scheme, Trajectory};
 
 /// One step of the computed grid.
@@ -52,14 +52,15 @@ pub(crate) struct Refinement {
     parts: Vec<(f64, f64)>,
     /// The number of the first given node in the longer motion of which this one is a part.
     first: usize,
+    events: Vec<Occurrence>,
 }
 
 impl Refinement {
     /// From the computed steps, the number of nodes of a longer motion before them, and the inserted nodes in ascending order.
-    pub(crate) fn new(steps: &[f64], first: usize, inserted: &[usize]) -> Self {
+    pub(crate) fn new((steps, events): (&[f64], &[Occurrence]), first: usize, inserted: &[usize]) -> Self {
         let most = inserted.len().min(steps.len());
         let (halved, parts) = (Vec::with_capacity(most), Vec::with_capacity(most + inserted.len()));
-        let mut refinement = Refinement { halved, parts, first };
+        let mut refinement = Refinement { halved, parts, first, events: events.to_vec() };
         let mut before = 0;
         while let Some(&cut) = inserted.get(before) {
             // Consecutive inserted nodes lie within one given step, which ends after the last of them.
@@ -139,9 +140,19 @@ impl Refinement {
             let ends = if self.parts.is_empty() { (before, after) } else { self.given_lengths(taken, node, given) };
             // The first node of a part is the last node of the previous part, which counts it.
             let number = (given > 0 || self.first == 0).then_some(self.first + given);
-            GivenWeights::new(number, ends.0, ends.1, side)
+            GivenWeights { event: self.event_at(given), ..GivenWeights::new(number, ends.0, ends.1, side) }
         });
         Weights { given, integral, side }
+    }
+
+    /// The event at a given node.
+    #[inline]
+    fn event_at(&self, given: usize) -> Option<Occurring> {
+        if self.events.is_empty() {
+            return None;
+        }
+        let number = self.events.binary_search_by_key(&given, |event| event.node).ok()?;
+        Some(Occurring { number, function: self.events[number].event.index() })
     }
 
     /// The lengths of the given steps before and after a given node.
@@ -174,7 +185,7 @@ impl Refinement {
             before * (1.0 - part.end) + after * part.end
         });
         let grid = Grid { steps, ..given.grid };
-        Inputs { grid, start: given.start.clone(), controls, design: given.design.clone() }
+        Inputs { grid, controls, ..given.clone() }
     }
 
     /// Adds dJ/du at a computed node, times a factor, to dJ/du at the given nodes.
@@ -200,7 +211,8 @@ impl Refinement {
 
 impl<R: Real> Trajectory<R> {
     /// The relation between the grid of this motion, which may have been computed elsewhere, and the given grid.
-    pub(crate) fn refinement(&self, grid: &Grid<R>) -> Result<Refinement, Error> {
+    pub(crate) fn refinement(&self, inputs: &Inputs<R>) -> Result<Refinement, Error> {
+        let Inputs { grid, events, .. } = inputs;
         let mut before = 0;
         for &node in &self.inserted {
             // If a motion stopped within a given step, the end of that step is missing after its last node.
@@ -212,7 +224,7 @@ impl<R: Real> Trajectory<R> {
             before = node;
         }
         let lengths: Vec<f64> = grid.steps.iter().map(|dt| dt.part(0)).collect();
-        Ok(Refinement::new(&lengths, grid.around[0], &self.inserted))
+        Ok(Refinement::new((&lengths, events), grid.around[0], &self.inserted))
     }
 }
 
@@ -226,11 +238,11 @@ mod tests {
     #[test]
     fn controls_are_linear_between_given_nodes_and_shares_add_up() {
         // Given steps 1, 2, 1; the second was halved, and then its first half.
-        let refinement = Refinement::new(&[1.0, 0.5, 0.5, 1.0, 1.0], 0, &[2, 3]);
+        let refinement = Refinement::new((&[1.0, 0.5, 0.5, 1.0, 1.0], &[]), 0, &[2, 3]);
         let start = Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) };
         let grid = Grid::new(0.0, vec![1.0, 2.0, 1.0]);
         let controls = DMatrix::from_row_slice(1, 4, &[1.0, 3.0, 7.0, 8.0]);
-        let given = Inputs { grid, start, controls, design: DVector::zeros(0) };
+        let given = Inputs { grid, start, controls, design: DVector::zeros(0), events: Vec::new() };
         let taken = refinement.refine(&given);
         assert_eq!(taken.grid.steps, [1.0, 0.5, 0.5, 1.0, 1.0]);
         assert_eq!(taken.controls.as_slice(), [1.0, 3.0, 4.0, 5.0, 7.0, 8.0]);

@@ -66,6 +66,7 @@ impl Scene {
         unique("coordinate", self.parts.coordinates.iter().collect())?;
         unique("element", self.elements.iter().collect())?;
         unique("output", self.parts.outputs.iter().collect())?;
+        unique("event", self.parts.events.iter().collect())?;
         unique("cost", self.costs_named.iter().collect())?;
         unique("control", self.parts.controls.iter().collect())?;
         unique("design variable", designs)

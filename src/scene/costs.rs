@@ -7,7 +7,7 @@ use super::ready::{Added, ReadyCost};
 use crate::Scalar;
 use crate::model::element::{Cost, CostPoint, ListCost, Sum};
 use crate::model::{Control, Coordinate, Multiplier, Output, Param};
-use crate::system::{Connections, Fixed, PlacedCost};
+use crate::system::{Fixed, PlacedCost};
 
 /// The outputs of a coordinate at the end of a motion ([`Scene::end_state`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -51,6 +51,15 @@ struct Time;
 impl Cost<0, 0, 0, 1> for Time {
     fn cost<S: Scalar>(&self, _at: &CostPoint<S, 0, 0, 0>, b: &SVector<S, 1>) -> S {
         b[0]
+    }
+}
+
+/// t.
+struct When;
+
+impl Cost<0, 0, 0, 0> for When {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.t
     }
 }
 
@@ -185,6 +194,13 @@ impl Scene {
         })
     }
 
+    /// Adds the time of an event, s, as an output; events are counted from 0 in [`Inputs::events`](crate::Inputs::events).
+    pub fn event_time(&mut self, name: &str, event: usize) -> Output {
+        let output = self.output(name);
+        self.term(output, name, When, Sum::Event(event), [], [], [], []);
+        output
+    }
+
     /// Records a ready-made cost or output, and adds its terms.
     fn ready_cost<R>(&mut self, name: &str, cost: ReadyCost, add: impl FnOnce(&mut Self) -> R) -> R {
         self.noted(name, Added::Cost(cost), |scene, _| add(scene))
@@ -232,25 +248,15 @@ impl Scene {
         u: &[Control],
         b: &[Param],
     ) {
-        let known = self.check(name, "coordinate", q.iter().map(|q| q.0))
-            & self.check(name, "multiplier", sigma.iter().map(|s| s.0))
-            & self.check(name, "control", u.iter().map(|u| u.0))
-            & self.check_params(name, b);
+        let to = self.connect(name, (q, sigma, u, b));
         // The name of a user-defined output already records its term of the same name.
         let is_said = |output: usize| self.parts.outputs[output] == name && self.recipe.is_own(output);
         if !output.checked_sub(1).is_some_and(is_said) {
             self.recipe.note_own(name);
         }
         self.costs_named.push(name.to_string());
-        if !known {
-            return;
+        if let Some(to) = to {
+            self.parts.costs.push(PlacedCost::new((name, output), (cost, sum), to));
         }
-        let to = Connections {
-            q: q.iter().map(|q| q.index()).collect(),
-            sigma: sigma.iter().map(|s| s.index()).collect(),
-            u: u.iter().map(|u| u.index()).collect(),
-            b: b.to_vec(),
-        };
-        self.parts.costs.push(PlacedCost::new((name, output), (cost, sum), to));
     }
 }

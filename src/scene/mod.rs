@@ -4,6 +4,7 @@
 
 mod checks;
 mod costs;
+mod events;
 mod lists;
 mod named;
 pub mod planar;

@@ -1,7 +1,7 @@
 //! The parts of a scene by their names.
 
 use super::{EndState, Scene};
-use crate::model::{Control, Coordinate, Design, Frame, Multiplier, Output};
+use crate::model::{Control, Coordinate, Design, Event, Frame, Multiplier, Output};
 
 impl Scene {
     /// The design variable with the given name.
@@ -26,6 +26,12 @@ impl Scene {
     pub fn output_named(&self, name: &str) -> Option<Output> {
         let at = self.parts.outputs.iter().position(|known| known == name)?;
         Some(Output(self.parts.scene.handle(at)))
+    }
+
+    /// The event with the given name.
+    pub fn event_named(&self, name: &str) -> Option<Event> {
+        let at = self.parts.events.iter().position(|known| known == name)?;
+        Some(Event(self.parts.scene.handle(at)))
     }
 
     /// The outputs of [`end_state`](Self::end_state) of a coordinate; `None` if the scene does not have them.

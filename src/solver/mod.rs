@@ -1,10 +1,11 @@
 //! [`Solver`]: a system with all the memory that simulations and gradients need, for repeated use.
 
-mod checkpoint;
 mod lifted;
+mod located;
 mod long;
 mod many;
 mod mechanics;
+mod phases;
 mod size;
 mod stopped;
 mod work;
@@ -18,7 +19,7 @@ pub use stopped::Stopped;
 
 use nalgebra::DVector;
 
-use crate::adjoint::{AdjointSweep, AdjointVariables, Gradient, GridPhase, SecondOrderSweep};
+use crate::adjoint::{AdjointSweep, AdjointVariables, Gradient, GridPhase, Located, SecondOrderSweep};
 use crate::forward::ForwardSweep;
 use crate::motion::Motion;
 use std::ops::ControlFlow;
@@ -54,6 +55,8 @@ pub struct Solver<'s> {
     /// One sweep for each requested output.
     rows: Vec<AdjointSweep>,
     products: Option<Box<SecondOrderSweep>>,
+    /// The derivatives of the functions of events, after they have been needed.
+    located: Option<Located>,
 }
 
 impl std::fmt::Debug for Solver<'_> {
@@ -73,6 +76,7 @@ impl<'s> Solver<'s> {
             phase: GridPhase::default(),
             rows: Vec::new(),
             products: None,
+            located: None,
         }
     }
 
@@ -85,6 +89,7 @@ impl<'s> Solver<'s> {
     fn forget(&mut self) {
         self.sweeps[0].forget();
         self.products.iter_mut().for_each(|products| products.forget());
+        self.located = None;
     }
 
     /// Discards the motion.
@@ -222,6 +227,10 @@ impl<'s> Solver<'s> {
     }
 
     fn differentiate(&mut self, choose: impl Fn(&mut CostFactors)) -> Result<&Gradient, Error> {
+        if self.has_events() {
+            self.differentiate_located(choose)?;
+            return Ok(&self.sweeps[0].gradient);
+        }
         let Solver { system, settings, forward, sweeps, phase, .. } = self;
         phase.run(sweeps, system, &mut forward.solved(), settings, choose)?;
         Ok(&sweeps[0].gradient)
@@ -249,7 +258,10 @@ impl<'s> Solver<'s> {
 
     /// The gradients of the given outputs.
     pub(crate) fn output_gradients(&mut self, outputs: &[usize]) -> Result<impl Iterator<Item = &Gradient>, Error> {
-        let Solver { system, settings, forward, sweeps, rows, .. } = self;
+        if self.has_events() && !outputs.is_empty() {
+            self.located()?;
+        }
+        let Solver { system, settings, forward, sweeps, rows, located, .. } = self;
         if rows.len() < outputs.len() {
             rows.resize_with(outputs.len(), || AdjointSweep::new(system, settings.scheme));
         }
@@ -257,6 +269,7 @@ impl<'s> Solver<'s> {
         if !outputs.is_empty() {
             let settings = Settings { keep_adjoint: false, ..*settings };
             AdjointSweep::run(rows, system, &mut forward.solved(), &settings, |k, factors| factors.choose(1 + outputs[k]))?;
+            located.iter().for_each(|located| rows.iter_mut().for_each(|row| located.complete(&mut row.gradient)));
             sweeps[0].report = Report::of_all(rows.iter_mut().map(|row| std::mem::take(&mut row.report)));
         }
         Ok(rows.iter().map(|row| &row.gradient))
@@ -293,6 +306,9 @@ impl<'s> Solver<'s> {
     /// As [`weighted_gradient`](Self::weighted_gradient), without the gradient at frozen grid phase.
     pub(crate) fn discrete_gradient(&mut self, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
         check_weights(self.system, of_cost, of_outputs)?;
+        if self.has_events() {
+            return self.differentiate(|factors| factors.weigh(of_cost, of_outputs));
+        }
         let Solver { system, settings, forward, sweeps, .. } = self;
         let choose = |_, factors: &mut CostFactors| factors.weigh(of_cost, of_outputs);
         AdjointSweep::run(&mut sweeps[..1], system, &mut forward.solved(), settings, choose)?;
@@ -304,9 +320,10 @@ impl<'s> Solver<'s> {
     /// As [`hessian_product`](Self::hessian_product), except that costs on accelerations and reactions are supported also if formulas have
     /// no programs ([`System::without_programs`](crate::System::without_programs)).
     pub fn push_forward(&mut self, direction: &Inputs) -> Result<DVector<f64>, Error> {
+        let taken = if self.has_events() { Some(self.along_located(direction)?) } else { None };
         let Solver { system, settings, forward, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
-        products.outputs(system, forward.solved(), direction)
+        products.outputs(system, forward.solved(), taken.as_ref().unwrap_or(direction))
     }
 
     /// Exact product of the Hessian with a direction of the inputs ([`Inputs::no_change`]), at about the cost of a gradient. The Hessian is
@@ -333,6 +350,9 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// As [`gradient`](Self::gradient), or a direction of wrong size or with numbers that are not finite.
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
+        if self.has_events() {
+            return self.product_located(direction);
+        }
         let Solver { system, settings, forward, sweeps, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
         products.run(system, (forward.solved(), &mut sweeps[0]), settings, direction)

@@ -29,7 +29,7 @@ impl Solver<'_> {
             };
             let felt = if term.uses.accelerations() == Depends::Never { 0 } else { places };
             (costs, accelerations) = (costs + places, accelerations + felt);
-            if let Some(longest) = &mut ways[term.output] {
+            if let Some(Some(longest)) = ways.get_mut(term.output) {
                 *longest = way.max(*longest);
                 by_rows += COST * places + ACCELERATIONS * unknowns * felt;
             }

@@ -11,7 +11,7 @@ use super::formula::{Batches, Entry, Layout, NodeView, PlacedElement, Positions}
 use super::tangent::{Formulas, Sines};
 use crate::Error;
 use crate::linear::{Breakdown, Symbolic};
-use crate::model::{Control, Coordinate, Handle, Output, Param, SceneTag, Shape, Sketch};
+use crate::model::{Control, Coordinate, Event, Handle, Output, Param, SceneTag, Shape, Sketch};
 use crate::program::Obstacle;
 
 /// Rounding error allowed in a sum, relative to its terms.
@@ -76,6 +76,19 @@ impl System {
         self.names.outputs.len()
     }
 
+    /// The number of events.
+    pub fn events(&self) -> usize {
+        self.names.events.len()
+    }
+
+    /// The name of an event.
+    ///
+    /// # Panics
+    /// If the system has no such event.
+    pub fn event_name(&self, event: usize) -> &str {
+        &self.names.events[event]
+    }
+
     /// True if the output is only reported; optimisers constrain it only when told to.
     pub(crate) fn is_report_only(&self, output: usize) -> bool {
         self.names.looked_at.contains(&output)
@@ -98,6 +111,15 @@ impl System {
     pub fn coordinate(&self, i: usize) -> Coordinate {
         assert!(i < self.n, "there are {} coordinates; index {i} does not exist", self.n);
         Coordinate(self.scene.handle(i))
+    }
+
+    /// The handle of event `i`, as returned by the scene.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`events`](Self::events).
+    pub fn event(&self, i: usize) -> Event {
+        assert!(i < self.events(), "there are {} events; index {i} does not exist", self.events());
+        Event(self.scene.handle(i))
     }
 
     /// The handle of control `i`, as returned by the scene.

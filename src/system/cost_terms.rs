@@ -2,7 +2,7 @@
 
 use super::cost::{CostFactors, Costs, Depends, Term, Weights};
 use super::formula::NodeView;
-use super::plain::add_costs;
+use super::plain::{add_costs, event_value};
 use crate::System;
 use crate::model::element::Sum;
 use crate::number::Real;
@@ -14,7 +14,7 @@ impl System {
 
     /// Whether any cost with a nonzero factor is evaluated before the last node.
     pub(crate) fn has_running_cost(&self, factors: &CostFactors) -> bool {
-        factors.counting().any(|which| self.terms.running[which])
+        factors.has_events() || factors.counting().any(|which| self.terms.running[which])
     }
 
     /// How each term of an output (0 for J) is summed, and its name.
@@ -61,6 +61,7 @@ impl System {
             Sum::Trapezoidal => Some(2),
             Sum::Rectangle => Some(1),
             Sum::Plain | Sum::AllNodes | Sum::Node(_) => None,
+            Sum::Event(_) => Some(usize::MAX),
         };
         let terms = self.costs.terms().filter(|term| term.output == 0);
         terms.map(|term| of(term.sum)).try_fold(usize::MAX, |least, order| order.map(|order| least.min(order)))
@@ -85,6 +86,11 @@ impl System {
         add: &mut dyn FnMut(usize, R),
     ) {
         add_costs(&self.costs, (at, weights), factors, add);
+    }
+
+    /// The function of an event.
+    pub(crate) fn event_value<R: Real>(&self, event: usize, at: &NodeView<R>) -> R {
+        event_value(&self.costs, event, at)
     }
 
     /// Whether the costs that are summed with these weights depend on v̇ or λ.

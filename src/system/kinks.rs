@@ -74,6 +74,11 @@ impl Kinks {
         &self.all
     }
 
+    /// The name of the element of a kink.
+    pub(crate) fn element<'a>(&self, system: &'a System, kink: usize) -> &'a str {
+        &system.formulas().elements[self.all[kink].element].name
+    }
+
     /// Evaluates the functions of all kinks.
     pub(crate) fn evaluate(&mut self, at: &NodeView<f64>, values: &mut [f64]) {
         self.layout.load(at, &mut self.point);

@@ -13,7 +13,9 @@ mod uncoupled;
 
 pub(crate) use compile::{Parts, Required};
 pub use compiled::System;
-pub(crate) use cost::{Beside, CostFactors, CostPrograms, CostRows, Depends, GivenWeights, PlacedCost, Weights};
+pub(crate) use cost::{
+    Beside, CostFactors, CostPrograms, CostRows, Depends, EVENTS, GivenWeights, Occurring, PlacedCost, Weights,
+};
 pub(crate) use formula::{
     AnyElement, Applied, Connections, Covector, ElementKind, Entry, Fixed, Holonomic, InputRows, Kinetic, Lists, NodeValues,
     NodeView, Pair, PlacedElement, Positions, Potential, Restricted, SEEDS, StateRows, Sums, Within,

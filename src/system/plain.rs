@@ -69,8 +69,8 @@ pub(super) fn add_costs<R: Real>(
     add: &mut dyn FnMut(usize, R),
 ) {
     let mut lifted: Option<NodeValues<Wide<Slope>>> = None;
-    for item in costs.items_here(weights.node(), factors.some()) {
-        let factor = factors.of(item.output);
+    for item in costs.items_here(weights.node(), factors) {
+        let factor = factors.here(item.output, weights.event());
         let Some(weight) = weights.of(item.sum).filter(|_| factor != 0.0) else { continue };
         if (0..R::PARTS).all(|part| weight.part(part) == 0.0) {
             continue;
@@ -83,6 +83,15 @@ pub(super) fn add_costs<R: Real>(
             }
         };
         add(item.output, value * weight * factor);
+    }
+}
+
+/// The value of the function of an event; 0 if there is none.
+pub(super) fn event_value<R: Real>(costs: &Costs, event: usize, at: &NodeView<R>) -> R {
+    let Some(item) = costs.of_event(event) else { return R::zero() };
+    match R::of(OfCost(&*item.of.formula)) {
+        Plain::Direct(cost) => value(item, cost, at),
+        Plain::Lifted(cost) => lower(value(item, cost, &NodeValues::of_costs(at, lift).view())),
     }
 }
 

@@ -239,7 +239,7 @@ fn part(whole: &Inputs, motion: &Trajectory, first: usize, last: usize) -> Input
         grid: whole.grid.part(first, last),
         start: Start::Momentum { q: state(&motion.q), p_star: state(&motion.p_star) },
         controls: whole.controls.columns(first, last - first + 1).into_owned(),
-        design: whole.design.clone(),
+        ..whole.clone()
     }
 }
 

@@ -12,6 +12,7 @@ mod compositions;
 mod condition;
 mod conservation;
 mod convergence;
+mod events;
 mod hard_steps;
 mod kinks;
 mod restart;

@@ -157,6 +157,11 @@ impl SecondOrderSweep {
         Ok(&self.sweep.gradient)
     }
 
+    /// The last product.
+    pub(crate) fn product_mut(&mut self) -> &mut Gradient {
+        &mut self.sweep.gradient
+    }
+
     /// The changes of the outputs along a direction.
     pub(crate) fn outputs(
         &mut self,
@@ -203,7 +208,7 @@ impl SecondOrderSweep {
 
 /// A power of two by which a direction is divided, so that products neither underflow nor overflow; usually 1.
 fn unit_of(direction: &Inputs) -> f64 {
-    let Inputs { grid, start, controls, design } = direction;
+    let Inputs { grid, start, controls, design, .. } = direction;
     let lists = [&grid.steps, start.q().as_slice(), start.rate().as_slice(), controls.as_slice(), design.as_slice()];
     let largest = lists.into_iter().flatten().fold(0.0f64, |most, d| most.max(d.abs()));
     let is_moderate = largest == 0.0 || (1e-100..1e100).contains(&largest);
@@ -211,7 +216,7 @@ fn unit_of(direction: &Inputs) -> f64 {
 }
 
 /// Checks that the motion is complete, and that the direction fits its inputs.
-fn check(motion: &Motion, direction: &Inputs) -> Result<(), Error> {
+pub(crate) fn check(motion: &Motion, direction: &Inputs) -> Result<(), Error> {
     let Motion { trajectory, inputs, assembly, .. } = motion;
     trajectory.check_complete(inputs)?;
     let inserted = trajectory.inserted.len();

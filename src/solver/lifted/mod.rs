@@ -7,6 +7,7 @@
 //! determine how fast the iteration converges.
 
 mod event;
+mod locate;
 mod stage;
 
 use nalgebra::DVector;
@@ -129,6 +130,10 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let mut near =
             Near { system, motion, linearisation: &mut stepper.newton.linearisation, report: &mut monitor.report };
         self.lifted.start(&mut near)?;
+        if !inputs.events.is_empty() {
+            self.lifted.step_located(&mut near, inputs, &self.refinement)?;
+            return Ok(&self.lifted.trajectory);
+        }
         let nodes = self.lifted.inputs.grid.nodes();
         (1..nodes).try_for_each(|i| self.lifted.step(&mut near, i))?;
         Ok(&self.lifted.trajectory)

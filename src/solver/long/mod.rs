@@ -24,9 +24,8 @@ pub use state::State;
 use values::{Sums, Values};
 
 use super::check_weights;
-use super::checkpoint::Checkpoint;
-use crate::adjoint::{AdjointSweep, Gradient, GridPhase};
-use crate::forward::{ForwardSweep, HISTORY};
+use crate::adjoint::{AdjointSweep, Gradient, GridPhase, Located};
+use crate::forward::{Checkpoint, ForwardSweep, HISTORY};
 use crate::motion::Events;
 use crate::motion::{Progress, Refinement, Report, Watch};
 use crate::system::CostFactors;
@@ -52,8 +51,9 @@ pub struct LongSolver<'s> {
     system: &'s System,
     settings: Settings,
     bytes: usize,
-    /// The nodes of the given grid.
+    /// The nodes of the given grid, and whether it has events.
     given: usize,
+    has_events: bool,
     forward: ForwardSweep,
     /// One sweep for each right-hand side; empty if only the motion is computed.
     sweeps: Vec<AdjointSweep>,
@@ -88,6 +88,7 @@ impl<'s> LongSolver<'s> {
             settings: Settings { keep_adjoint: false, ..settings },
             bytes,
             given: 0,
+            has_events: false,
             forward: ForwardSweep::new(system, settings.scheme),
             sweeps: Vec::new(),
             phase: GridPhase::default(),
@@ -142,27 +143,46 @@ impl<'s> LongSolver<'s> {
             self.adjoint_report = Report::default();
             return self.simulate(inputs, |_| ()).map(|()| Vec::new());
         }
-        self.differentiate(inputs)?;
+        self.differentiate(inputs, outputs, |k, factors| factors.choose(1 + k))?;
+        self.adjoint_report = Report::of_all(self.sweeps.iter_mut().map(|sweep| std::mem::take(&mut sweep.report)));
         Ok(self.sweeps.drain(..).map(|sweep| sweep.gradient).collect())
     }
 
-    /// Computes the motion and one backward sweep with a right-hand side for each output.
-    fn differentiate(&mut self, inputs: &Inputs) -> Result<(), Error> {
+    /// Computes the motion and one backward sweep with several right-hand sides, and those of the events.
+    fn differentiate(
+        &mut self,
+        inputs: &Inputs,
+        count: usize,
+        choose: impl Fn(usize, &mut CostFactors),
+    ) -> Result<(), Error> {
         let LongSolver { system, settings, .. } = *self;
-        self.compute(inputs, (system.outputs(), false))?;
+        self.compute(inputs, (count + inputs.events.len(), false))?;
         for (k, sweep) in self.sweeps.iter_mut().enumerate() {
             sweep.begin(system, &self.forward.motion, &settings)?;
-            sweep.cost.factors.choose(1 + k);
+            let factors = &mut sweep.cost.factors;
+            if k < count { choose(k, factors) } else { factors.choose_event(k - count) }
         }
         self.back_to_start()?;
         self.sweeps.iter_mut().try_for_each(|sweep| sweep.finish(system, &self.forward.monitor.report))?;
-        self.adjoint_report = Report::of_all(self.sweeps.iter_mut().map(|sweep| std::mem::take(&mut sweep.report)));
+        if inputs.events.is_empty() {
+            return Ok(());
+        }
+        let rows = self.sweeps.drain(count..).map(|sweep| sweep.gradient).collect();
+        let located = Located::new(system, &self.forward.motion, rows)?;
+        self.sweeps.iter_mut().for_each(|sweep| located.complete(&mut sweep.gradient));
         Ok(())
     }
 
     /// Computes the motion and the backward sweeps of one gradient.
     fn follow_kinks(&mut self, inputs: &Inputs, choose: impl Fn(&mut CostFactors)) -> Result<(), Error> {
         let LongSolver { system, settings, .. } = *self;
+        if !inputs.events.is_empty() {
+            self.differentiate(inputs, 1, |_, factors| choose(factors))?;
+            let unlocated = self.phase.unlocated(system, &self.forward.motion);
+            self.sweeps[0].gradient.warnings.extend(unlocated);
+            self.adjoint_report = std::mem::take(&mut self.sweeps[0].report);
+            return Ok(());
+        }
         self.compute(inputs, (GridPhase::sweeps(system), true))?;
         self.phase.begin_back(&mut self.sweeps, system, &self.forward.motion, &settings, choose)?;
         self.back_to_start()?;
@@ -230,6 +250,13 @@ impl<'s> LongSolver<'s> {
             self.leaves_out = true;
             self.begin_planned(inputs)?;
         }
+        if inputs.events.is_empty() {
+            return Ok(());
+        }
+        let taken = self.forward.locate(self.system, inputs, &self.settings)?;
+        let scales = self.forward.motion.scales.clone();
+        self.begin_planned(&taken)?;
+        self.forward.motion.scales = scales;
         Ok(())
     }
 
@@ -238,7 +265,7 @@ impl<'s> LongSolver<'s> {
         (self.computed, self.values) = (0, None);
         self.settings.check()?;
         inputs.check(self.system)?;
-        self.given = inputs.grid.nodes();
+        (self.given, self.has_events) = (inputs.grid.nodes(), !inputs.events.is_empty());
         let tight = self.plan_within(self.bytes, self.given).ok_or_else(|| self.too_little(self.given, 0))?;
         // Room for additional nodes, in case steps are halved, unless it makes the work much larger.
         let roomy = self.plan_within(self.bytes, self.given + (self.given / SPARE).max(SHORTEST));
@@ -255,7 +282,8 @@ impl<'s> LongSolver<'s> {
         self.sweeps.iter_mut().for_each(|sweep| sweep.refinement = Refinement::default());
         let (refinement, inserted) = (self.forward.motion.refinement(), self.forward.motion.trajectory.inserted.len());
         let mut sums = Sums::new(self.system, &refinement);
-        if self.follows {
+        let examines = !self.sweeps.is_empty() && (self.follows || self.has_events);
+        if examines {
             let ForwardSweep { motion, stepper, .. } = &self.forward;
             self.phase.begin(self.system, &stepper.newton.linearisation.evaluation, motion);
         }
@@ -267,7 +295,7 @@ impl<'s> LongSolver<'s> {
             // If steps are being halved, the weights of the sums are not known yet.
             let is_known = self.forward.motion.trajectory.inserted.len() == inserted;
             let motion = &self.forward.motion;
-            let known = (self.follows && self.sweeps.len() > 1).then(|| motion.refinement());
+            let known = (examines && self.sweeps.len() > 1).then(|| motion.refinement());
             for node in shown..reached {
                 visit(&self.forward.state(node));
                 known.iter().for_each(|refinement| self.phase.examine(motion, refinement, node));

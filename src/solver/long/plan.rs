@@ -1,9 +1,8 @@
 //! Division of the memory of a [`LongSolver`] into a window and checkpoints.
 
 use super::LongSolver;
-use crate::forward::HISTORY;
+use crate::forward::{Checkpoint, HISTORY};
 use crate::motion::{Refinement, Trajectory};
-use crate::solver::checkpoint::Checkpoint;
 use crate::{Error, Settings};
 
 /// Largest number of levels; with more, the additional work would outweigh the saved memory.
@@ -45,8 +44,11 @@ impl LongSolver<'_> {
         let inserted = nodes - self.given;
         // Inputs on the grid that is used, and gradients on the given grid.
         let columns = (nodes + self.sweeps.len() * self.given) * (1 + self.system.k()) * number;
+        // While events are located, the grid that is tried is stored beside the one that is used.
+        let columns = columns + if self.has_events { nodes * (1 + self.system.k()) * number } else { 0 };
         // The nodes and times of the given grid, to find those that kinks lie between.
-        let columns = columns + if self.sweeps.len() > 1 && self.follows { 2 * number * self.given } else { 0 };
+        let columns =
+            columns + if self.sweeps.len() > 1 && (self.follows || self.has_events) { 2 * number * self.given } else { 0 };
         // The list of inserted nodes may have a capacity of twice its length; if there are no sweeps, one refinement is still needed for the sums of
         // the motion.
         columns + 2 * inserted * size_of::<usize>() + self.sweeps.len().max(1) * Refinement::bytes(self.given, inserted)

@@ -38,6 +38,7 @@ impl System {
         batches.0.iter_mut().for_each(|batch| batch.prepare(&at, &mut recordings));
         let elements = recordings.elements;
         costs.prepare(&at, without_programs);
+        costs.check_events()?;
         check_inertia(&elements, &names, n)?;
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let partly_defined = elements.iter().filter(|element| element.formula.partly_defined);

@@ -13,6 +13,7 @@ pub(in crate::system) struct Names {
     pub(in crate::system) designs: Vec<String>,
     pub(in crate::system) outputs: Vec<String>,
     pub(in crate::system) looked_at: Vec<usize>,
+    pub(in crate::system) events: Vec<String>,
 }
 
 impl Names {
@@ -29,6 +30,7 @@ impl Names {
             controls: scene.controls.clone(),
             outputs: scene.outputs.clone(),
             looked_at: scene.looked_at.clone(),
+            events: scene.events.clone(),
             designs: scene.designs.iter().map(|(name, _)| name.clone()).collect(),
         }
     }

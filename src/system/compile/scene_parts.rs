@@ -18,6 +18,8 @@ pub(crate) struct Parts {
     pub(crate) controls: Vec<String>,
     /// The names of the outputs that are computed in addition to J.
     pub(crate) outputs: Vec<String>,
+    /// The names of the events.
+    pub(crate) events: Vec<String>,
     /// Outputs that are only reported; optimisers constrain them only when told to.
     pub(crate) looked_at: Vec<usize>,
     pub(crate) designs: Vec<(String, f64)>,

@@ -1,6 +1,8 @@
-//! [`CostFactors`]: the factors of a weighted sum of J and the outputs.
+//! [`CostFactors`]: the factors of a weighted sum of J, the outputs and the functions of events.
 
 use std::ops::Range;
+
+use super::weights::Occurring;
 
 /// The factor of J (0), followed by those of the outputs (from 1 on).
 #[derive(Clone, Debug, Default)]
@@ -8,7 +10,12 @@ pub struct CostFactors {
     all: Vec<f64>,
     /// All factors outside this range are zero, so that costs of these outputs are skipped.
     some: Range<usize>,
+    /// The factors of the functions of the events of a motion, in their order; those that are missing are zero.
+    of_events: Vec<f64>,
 }
+
+/// The numbers of functions of events follow this one, which is larger than that of any output.
+pub const EVENTS: usize = usize::MAX / 2;
 
 impl CostFactors {
     /// J alone, for a given number of outputs.
@@ -18,7 +25,7 @@ impl CostFactors {
 
     /// Factors that select a single function, J (`which` = 0) or output number `which` (from 1 on), out of J and `outputs` outputs.
     pub fn of_one(which: usize, outputs: usize) -> Self {
-        let mut factors = CostFactors { all: vec![0.0; 1 + outputs], some: 0..0 };
+        let mut factors = CostFactors { all: vec![0.0; 1 + outputs], some: 0..0, of_events: Vec::new() };
         factors.choose(which);
         factors
     }
@@ -35,6 +42,34 @@ impl CostFactors {
         self.all.fill(0.0);
         self.all[which] = 1.0;
         self.some = which..which + 1;
+        self.of_events.clear();
+    }
+
+    /// Adds the functions of events with these factors.
+    pub fn weigh_events(&mut self, factors: &[f64]) {
+        self.of_events.clear();
+        self.of_events.extend_from_slice(factors);
+    }
+
+    /// Selects the function of one event alone.
+    pub fn choose_event(&mut self, which: usize) {
+        self.all.fill(0.0);
+        self.some = 0..0;
+        self.of_events.clear();
+        self.of_events.resize(which, 0.0);
+        self.of_events.push(1.0);
+    }
+
+    /// Whether functions of events count.
+    pub fn has_events(&self) -> bool {
+        !self.of_events.is_empty()
+    }
+
+    /// The factor of J (0) or an output (from 1 on), or of a function with a number from [`EVENTS`] on at the node of this event.
+    pub fn here(&self, which: usize, event: Option<Occurring>) -> f64 {
+        let Some(function) = which.checked_sub(EVENTS) else { return self.all[which] };
+        let of = event.filter(|event| event.function == function).and_then(|event| self.of_events.get(event.number));
+        of.copied().unwrap_or(0.0)
     }
 
     /// Selects the sum w₀ J + Σ w_k r_k.
@@ -44,18 +79,14 @@ impl CostFactors {
         let first = self.all.iter().position(|factor| *factor != 0.0).unwrap_or(0);
         let end = self.all.iter().rposition(|factor| *factor != 0.0).map_or(first, |last| last + 1);
         self.some = first..end;
+        self.of_events.clear();
     }
 
     /// Copies other factors without a new allocation.
     pub fn copy_from(&mut self, others: &CostFactors) {
         self.all.copy_from_slice(&others.all);
         self.some = others.some.clone();
-    }
-
-    /// The factor of J (0) or of an output (from 1 on).
-    #[inline]
-    pub fn of(&self, which: usize) -> f64 {
-        self.all[which]
+        self.of_events.clone_from(&others.of_events);
     }
 
     /// The number of factors, including that of J.

@@ -4,12 +4,13 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::cost_factors::CostFactors;
+use super::cost_factors::{CostFactors, EVENTS};
 use super::cost_programs::CostPrograms;
-use super::cost_use::{CostUse, Term};
+use super::cost_use::{CostUse, Depends, Term};
 use super::placed_cost::{PlacedCost, Recorded};
 use super::rows::CostRows;
 use super::weights::Weights;
+use crate::Error;
 use crate::model::Param;
 use crate::model::element::Sum;
 use crate::number::{Fingerprint, Real};
@@ -65,10 +66,12 @@ impl Costs {
         self.batches.len()
     }
 
-    /// The indices of the batches that may be evaluated at a given node (or between given nodes, for `None`) for some of the outputs.
-    fn here(&self, node: Option<usize>, outputs: Range<usize>) -> impl Iterator<Item = usize> + '_ {
+    /// The indices of the batches that may be evaluated at a given node (or between given nodes, for `None`) with these factors.
+    fn here(&self, node: Option<usize>, factors: &CostFactors) -> impl Iterator<Item = usize> + '_ {
+        let outputs = factors.some();
         let at_node = node.map_or(&[][..], |node| among(&self.at_node, (node, outputs.start)..(node, outputs.end)));
-        let anywhere = among(&self.anywhere, outputs).iter().map(|(_, index)| *index);
+        let of_events = if factors.has_events() { among(&self.anywhere, EVENTS..usize::MAX) } else { &[] };
+        let anywhere = among(&self.anywhere, outputs).iter().chain(of_events).map(|(_, index)| *index);
         anywhere.chain(at_node.iter().map(|(_, index)| *index))
     }
 
@@ -83,13 +86,13 @@ impl Costs {
         &self.items
     }
 
-    /// The costs that may be evaluated at a given node (or between given nodes, for `None`) for some of the outputs.
+    /// The costs that may be evaluated at a given node (or between given nodes, for `None`) with these factors.
     pub(in crate::system) fn items_here(
         &self,
         node: Option<usize>,
-        outputs: Range<usize>,
+        factors: &CostFactors,
     ) -> impl Iterator<Item = &PlacedCost> {
-        self.here(node, outputs).flat_map(|batch| &self.batches[batch]).map(|&index| &self.items[index])
+        self.here(node, factors).flat_map(|batch| &self.batches[batch]).map(|&index| &self.items[index])
     }
 
     /// Replaces the parameters of all costs by means of `resolve`.
@@ -102,6 +105,21 @@ impl Costs {
         let mut known = (!without_programs).then(Recorded::default);
         self.items.iter_mut().for_each(|item| item.prepare(at, known.as_mut()));
         self.arrange();
+    }
+
+    /// # Errors
+    /// The function of an event that depends on v̇, λ or u̇.
+    pub fn check_events(&self) -> Result<(), Error> {
+        let reads = |item: &&PlacedCost| {
+            item.output >= EVENTS && item.uses.accelerations().max(item.uses.control_rates()) == Depends::Always
+        };
+        let event = self.items.iter().find(reads).map(|item| item.of.name.clone());
+        event.map_or(Ok(()), |event| Err(Error::EventArguments { event }))
+    }
+
+    /// The function of an event.
+    pub(in crate::system) fn of_event(&self, event: usize) -> Option<&PlacedCost> {
+        self.items.iter().find(|item| item.output == EVENTS + event)
     }
 
     /// Adds the formulas of all recorded costs to a fingerprint.
@@ -123,15 +141,16 @@ impl Costs {
 
     /// The quantities needed by the costs that are summed at a given node, or between given nodes.
     pub fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &CostFactors) -> CostUse {
-        let here = self.items_here(node, factors.some());
-        let summed = here.filter(|item| factors.of(item.output) != 0.0 && is_summed(item.sum));
+        // Functions of events do not depend on what this is needed for.
+        let here = self.items_here(node, factors).filter(|item| item.output < EVENTS);
+        let summed = here.filter(|item| factors.here(item.output, None) != 0.0 && is_summed(item.sum));
         summed.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
     }
 
     /// Adds values and derivatives; with the weights of a direction, their changes along it.
     pub fn add<R: Real>(&self, programs: &mut CostPrograms, (at, along): Along, weights: &Weights<R>, rows: &mut CostRows) {
         let mut is_loaded = false;
-        for which in self.here(weights.node(), rows.factors.some()) {
+        for which in self.here(weights.node(), &rows.factors) {
             let batch = &self.batches[which];
             let like = &self.items[batch[0]];
             let Some(weight) = like.weight(weights, &rows.factors) else { continue };
@@ -198,7 +217,7 @@ mod tests {
     fn a_node_looks_at_its_own_readings_and_at_what_counts_anywhere() {
         let sums = [Sum::Node(7), Sum::Node(3), Sum::Integral, Sum::Node(900), Sum::Node(3), Sum::Terminal];
         let costs = arranged(&sums.map(|sum| (sum, 0)));
-        let here = |node| costs.here(node, 0..1).collect::<Vec<usize>>();
+        let here = |node| costs.here(node, &CostFactors::of_cost(0)).collect::<Vec<usize>>();
         assert_eq!([Some(0), Some(900), Some(901), None].map(here), [vec![2, 5], vec![2, 5, 3], vec![2, 5], vec![2, 5]]);
         assert_eq!((here(Some(3)), here(Some(7))), (vec![2, 5, 1, 4], vec![2, 5, 0]));
     }
@@ -222,8 +241,8 @@ mod tests {
     fn of_many_outputs_those_are_looked_at_that_are_asked_for() {
         let costs =
             arranged(&[2, 0, 1, 2, 0, 1].map(|output| (if output == 1 { Sum::Node(4) } else { Sum::Integral }, output)));
-        let here = |outputs| costs.here(Some(4), outputs).collect::<Vec<usize>>();
-        assert_eq!([0..1, 1..2, 2..3, 3..4].map(here), [vec![1, 4], vec![2, 5], vec![0, 3], vec![]]);
+        let here = |which| costs.here(Some(4), &CostFactors::of_one(which, 3)).collect::<Vec<usize>>();
+        assert_eq!([0, 1, 2, 3].map(here), [vec![1, 4], vec![2, 5], vec![0, 3], vec![]]);
         assert_eq!((here(1..3), here(0..3)), (vec![0, 3, 2, 5], vec![1, 4, 0, 3, 2, 5]));
     }
 }

@@ -10,7 +10,7 @@ mod rows;
 mod terms;
 mod weights;
 
-pub(crate) use cost_factors::CostFactors;
+pub(crate) use cost_factors::{CostFactors, EVENTS};
 pub(crate) use cost_programs::CostPrograms;
 pub(crate) use cost_use::Depends;
 pub(in crate::system) use cost_use::Term;
@@ -18,4 +18,4 @@ pub(in crate::system) use costs::{Along, Costs, Suspect};
 pub(crate) use placed_cost::PlacedCost;
 pub(crate) use rows::CostRows;
 pub(in crate::system) use terms::Terms;
-pub(crate) use weights::{Beside, GivenWeights, Weights};
+pub(crate) use weights::{Beside, GivenWeights, Occurring, Weights};

@@ -19,7 +19,7 @@ use crate::system::formula::{
 #[derive(Clone)]
 pub struct PlacedCost {
     pub of: Placed<dyn AnyCost>,
-    /// 0 for J, or 1 + the number of the output.
+    /// 0 for J, 1 + the number of the output, or [`EVENTS`](super::cost_factors::EVENTS) + the number of the function of an event.
     pub(in crate::system) output: usize,
     pub(in crate::system) sum: Sum,
     /// The derivatives of its weight with respect to the lengths of the steps before and after a node, for each [`Beside`].
@@ -102,7 +102,7 @@ impl PlacedCost {
 
     /// The weight of the cost at a node or stage: the factors of the highest part of weight × value. `None` if it is not summed there.
     pub(in crate::system) fn weight<R: Real>(&self, weights: &Weights<R>, factors: &CostFactors) -> Option<Weight> {
-        let factor = factors.of(self.output);
+        let factor = factors.here(self.output, weights.event());
         // For adjacent steps of opposite direction the weight may vanish although its derivatives do not.
         let is_summed = |weight: &R| (0..R::PARTS).any(|part| weight.part(part) != 0.0) || self.sum.is_of_both_steps();
         let weight = weights.of(self.sum).filter(is_summed).filter(|_| factor != 0.0)?;

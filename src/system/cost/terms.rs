@@ -1,5 +1,6 @@
 //! [`Terms`]: how the terms of J and the outputs are summed, and what any of them needs of a node.
 
+use super::cost_factors::EVENTS;
 use super::cost_use::{CostUse, Term};
 use super::costs::Costs;
 use crate::model::element::Sum;
@@ -21,7 +22,8 @@ impl Terms {
     pub fn new(costs: &Costs, outputs: usize) -> Self {
         let all: Vec<Term> = costs.terms().collect();
         let mut running = vec![false; 1 + outputs];
-        all.iter().filter(|term| term.sum != Sum::Terminal).for_each(|term| running[term.output] = true);
+        let before_the_end = all.iter().filter(|term| term.sum != Sum::Terminal && term.output < EVENTS);
+        before_the_end.for_each(|term| running[term.output] = true);
         let single =
             all.iter().filter_map(|term| if let Sum::Node(node) = term.sum { Some((node, term.name)) } else { None });
         let last_node = single.max_by_key(|(node, _)| *node).map(|(node, name)| (node, name.to_string()));

@@ -54,6 +54,17 @@ pub struct GivenWeights<R> {
     pub rectangle: R,
     pub trapezoidal: R,
     pub terminal: R,
+    /// The event at this node.
+    pub event: Option<Occurring>,
+}
+
+/// An event at a node.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Occurring {
+    /// Its number among the events of the motion.
+    pub number: usize,
+    /// The number of its function.
+    pub function: usize,
 }
 
 /// The derivatives of the factor of h_i with respect to the lengths of the steps before and after the node, by dual numbers; for [`Sum::Integral`], with
@@ -77,13 +88,18 @@ impl<R: Real> Weights<R> {
     /// The factor 1 for the costs that the trapezoidal rule integrates, 0 for all others.
     pub fn of_integrands() -> Self {
         let (zero, one) = (R::zero(), R::one());
-        let given = GivenWeights { node: None, plain: zero, rectangle: zero, trapezoidal: one, terminal: zero };
+        let given = GivenWeights { node: None, plain: zero, rectangle: zero, trapezoidal: one, terminal: zero, event: None };
         Weights { given: Some(given), integral: one, side: Beside::After }
     }
 
     /// The number of the given node at this point, if costs at this single node are counted.
     pub fn node(&self) -> Option<usize> {
         self.given.as_ref().and_then(|given| given.node)
+    }
+
+    /// The event at this point.
+    pub fn event(&self) -> Option<Occurring> {
+        self.given.as_ref().and_then(|given| given.event)
     }
 
     /// Converts the factors to another number type.
@@ -94,6 +110,7 @@ impl<R: Real> Weights<R> {
             rectangle: f(given.rectangle),
             trapezoidal: f(given.trapezoidal),
             terminal: f(given.terminal),
+            event: given.event,
         });
         Weights { given, integral: f(self.integral), side: self.side }
     }
@@ -109,6 +126,9 @@ impl<R: Real> Weights<R> {
             (Sum::Terminal, Some(given)) => Some(given.terminal),
             (Sum::AllNodes, Some(given)) => (given.node.is_some() && self.side.has_before()).then(R::one),
             (Sum::Node(node), Some(given)) => (given.node == Some(node) && self.side.has_before()).then(R::one),
+            (Sum::Event(number), Some(given)) => {
+                (given.event.is_some_and(|event| event.number == number) && self.side.has_before()).then(R::one)
+            }
         }
     }
 }
@@ -126,6 +146,7 @@ impl<R: Real> GivenWeights<R> {
             rectangle: length(counted),
             trapezoidal: (length(counted_before) + length(counted)) * 0.5,
             terminal: if after.is_some() { zero } else { one },
+            event: None,
         }
     }
 }

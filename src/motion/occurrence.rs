@@ -1,0 +1,103 @@
+//! [`Occurrence`]: an event at a node of a grid, and [`Phases`]: the steps between events.
+
+use std::ops::Range;
+
+use crate::number::Real;
+use crate::{Error, Event, Inputs, System};
+
+/// An event that determines a node: the steps between the previous event, or the start, and this node are multiplied by a common factor such that
+/// the function of the event is zero at the node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Occurrence {
+    /// The event.
+    pub event: Event,
+    /// The node of the given grid.
+    pub node: usize,
+}
+
+impl Event {
+    /// The event at this node.
+    pub fn at(self, node: usize) -> Occurrence {
+        Occurrence { event: self, node }
+    }
+}
+
+/// The steps of a given grid between events: the phases that end with an event, and the rest of the motion, which ends when the given grid does. There
+/// is no rest if the last node has an event.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Phases {
+    ends: Vec<usize>,
+    /// The number of phases that end with an event.
+    pub(crate) located: usize,
+}
+
+impl Phases {
+    pub(crate) fn new<R: Real>(inputs: &Inputs<R>) -> Self {
+        let mut ends: Vec<usize> = inputs.events.iter().map(|event| event.node).collect();
+        let (located, last) = (ends.len(), inputs.grid.steps.len());
+        if ends.last() != Some(&last) {
+            ends.push(last);
+        }
+        Phases { ends, located }
+    }
+
+    /// The number of phases, with the rest of the motion.
+    pub(crate) fn count(&self) -> usize {
+        self.ends.len()
+    }
+
+    /// Whether steps follow the last event.
+    pub(crate) fn has_rest(&self) -> bool {
+        self.ends.len() > self.located
+    }
+
+    /// The steps of a phase, counted from 0.
+    pub(crate) fn steps(&self, phase: usize) -> Range<usize> {
+        phase.checked_sub(1).map_or(0, |before| self.ends[before])..self.ends[phase]
+    }
+
+    /// The sum of the steps of a phase.
+    pub(crate) fn length<R: Real>(&self, phase: usize, steps: &[R]) -> R {
+        steps[self.steps(phase)].iter().fold(R::zero(), |sum, &dt| sum + dt)
+    }
+}
+
+/// The factors of the steps of all phases, and the derivatives dg/dT of the functions of their events by their lengths.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Scales {
+    pub(crate) factors: Vec<f64>,
+    pub(crate) slopes: Vec<f64>,
+}
+
+impl Scales {
+    pub(crate) fn push(&mut self, factor: f64, slope: f64) {
+        self.factors.push(factor);
+        self.slopes.push(slope);
+    }
+}
+
+/// Checks the nodes of events.
+pub(crate) fn check_events(inputs: &Inputs, system: &System) -> Result<(), Error> {
+    let (mut before, last) = (0, inputs.grid.steps.len());
+    if inputs.grid.around != [0, 0] && !inputs.events.is_empty() {
+        return Err(Error::EventsInPart);
+    }
+    for &Occurrence { event, node } in &inputs.events {
+        if event.index() >= system.events() || !system.owns(event.0) {
+            return Err(Error::NoSuchInput { input: format!("event {}", event.index()) });
+        }
+        let must_be = if node <= before {
+            "larger than that of the event before it, and larger than 0"
+        } else if node > last {
+            "at most the number of steps"
+        } else if inputs.grid.macro_steps(node).is_none() {
+            "the end of a macro step of the composed grid"
+        } else {
+            before = node;
+            continue;
+        };
+        let what = format!("the node of event `{}` in `Inputs::events`", system.event_name(event.index()));
+        return Err(Error::Parameter { what, value: node as f64, must_be });
+    }
+    Ok(())
+}

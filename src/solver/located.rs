@@ -1,0 +1,75 @@
+//! Derivatives of motions with located events.
+
+use super::Solver;
+use crate::adjoint::{AdjointSweep, Gradient, Located, SecondOrderSweep, check_direction};
+use crate::system::CostFactors;
+use crate::{Error, Inputs, Settings};
+
+impl Solver<'_> {
+    /// True if the motion has located events.
+    pub(super) fn has_events(&self) -> bool {
+        !self.forward.motion.inputs.events.is_empty()
+    }
+
+    /// The derivatives of the functions of the events.
+    pub(super) fn located(&mut self) -> Result<&mut Located, Error> {
+        if self.located.is_none() {
+            let Solver { system, settings, forward, rows, .. } = self;
+            let count = forward.motion.inputs.events.len();
+            rows.resize_with(count.max(rows.len()), || AdjointSweep::new(system, settings.scheme));
+            let settings = Settings { keep_adjoint: false, ..*settings };
+            AdjointSweep::run(&mut rows[..count], system, &mut forward.solved(), &settings, |k, factors| {
+                factors.choose_event(k)
+            })?;
+            let rows = rows[..count].iter().map(|row| row.gradient.clone()).collect();
+            self.located = Some(Located::new(system, &forward.motion, rows)?);
+        }
+        self.located.as_mut().ok_or(Error::EventsInPart)
+    }
+
+    /// The gradient of a weighted sum of J and the outputs, as a function of the given steps.
+    pub(super) fn differentiate_located(&mut self, choose: impl Fn(&mut CostFactors)) -> Result<(), Error> {
+        self.located()?;
+        let Solver { system, settings, forward, sweeps, located, phase, .. } = self;
+        let Some(located) = located else { return Ok(()) };
+        phase.examine_all(system, &forward.stepper.newton.linearisation.evaluation, &forward.motion);
+        let unlocated = phase.unlocated(system, &forward.motion);
+        AdjointSweep::run(&mut sweeps[..1], system, &mut forward.solved(), settings, |_, factors| choose(factors))?;
+        let sweep = &mut sweeps[0];
+        let value = sweep.gradient.value;
+        let mu = located.complete_lagrangian(&mut sweep.gradient);
+        sweep.cost.factors.weigh_events(&mu);
+        // Stored adjoint variables are those of J so far.
+        sweep.is_recorded = false;
+        if settings.keep_adjoint {
+            let factors = sweep.cost.factors.clone();
+            let complete = sweep.gradient.clone();
+            AdjointSweep::run(&mut sweeps[..1], system, &mut forward.solved(), settings, |_, own| own.copy_from(&factors))?;
+            sweeps[0].gradient = complete;
+        }
+        sweeps[0].gradient.value = value;
+        sweeps[0].gradient.warnings.extend(unlocated);
+        Ok(())
+    }
+
+    /// A product of a direction with the Hessian, as a function of the given steps.
+    pub(super) fn product_located(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
+        let taken = self.along_located(direction)?;
+        if !self.located()?.has_lagrangian() {
+            let factors = self.sweeps[0].cost.factors.clone();
+            self.differentiate_located(|own| own.copy_from(&factors))?;
+        }
+        let Solver { system, settings, forward, sweeps, products, located, .. } = self;
+        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        products.run(system, (forward.solved(), &mut sweeps[0]), settings, &taken)?;
+        let product = products.product_mut();
+        located.iter().for_each(|located| located.complete_product(product, direction, &taken));
+        Ok(product)
+    }
+
+    /// The direction of the inputs with that of all steps.
+    pub(super) fn along_located(&mut self, direction: &Inputs) -> Result<Inputs, Error> {
+        check_direction(&self.forward.motion, direction)?;
+        Ok(self.located()?.direction(direction))
+    }
+}

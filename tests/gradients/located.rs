@@ -1,0 +1,204 @@
+//! Motions with located events: their gradients, products and limits.
+
+use hamiltonian_adjoint::check::Input;
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::{
+    Composition, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Param,
+    Real, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System,
+};
+use nalgebra::SVector;
+
+use crate::common::assert_gradient_is_exact_with;
+
+/// The height of a moving floor over the tip of a rod.
+fn depth<S: Scalar>(q: [S; 3], b: S, t: S) -> S {
+    b + (t * 5.0).sin() * 0.02 - (q[1] + q[2].sin() * 0.5)
+}
+
+/// A moving floor under the tip of a rod with the coordinates x, y and φ.
+struct Floor;
+
+impl Force<3, 0, 2> for Floor {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 3, 0>, b: &SVector<S, 2>) -> SVector<S, 3> {
+        let push = b[1] * depth(at.q.into(), b[0], at.t).max(S::zero()).powf(1.5);
+        SVector::from([S::zero(), push, push * at.q[2].cos() * 0.5])
+    }
+}
+
+struct Depth;
+
+impl Cost<3, 0, 0, 1> for Depth {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 3, 0, 0>, b: &SVector<S, 1>) -> S {
+        depth(at.q.into(), b[0], at.t)
+    }
+}
+
+/// The rate of the angle, less a control and a reaction.
+struct Turns;
+
+impl Cost<1, 1, 1, 1> for Turns {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 1, 1>, b: &SVector<S, 1>) -> S {
+        at.v[0] - at.u[0] * 0.02 + at.sigma[0] * b[0] - at.t * 0.01
+    }
+}
+
+struct Angle;
+
+impl Cost<1, 0, 1, 0> for Angle {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 1>, _b: &SVector<S, 0>) -> S {
+        at.q[0].sin() + at.v[0] * at.v[0] * 0.1 + at.u[0] * at.u[0] * 0.01 + at.q[0] * at.t
+    }
+}
+
+/// A rod on hinges, with a motor, that falls on a floor. Its events: the tip touches the floor, and the rod reverses.
+fn rod(hinges: usize, without_programs: bool) -> System {
+    touching(0.0, hinges, without_programs)
+}
+
+/// The same, with the touch at this height over the floor.
+fn touching(gap: f64, hinges: usize, without_programs: bool) -> System {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let [height, stiffness] = [scene.design("height", -0.3), scene.design("stiffness", 4000.0)];
+    let rod = scene.body("rod", 1.2, 0.1, [0.5, 0.0, 0.0]);
+    let mut pins = Vec::new();
+    for name in ["hinge", "second hinge"].into_iter().take(hinges) {
+        pins.push(scene.revolute(name, Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0)));
+    }
+    let torque = scene.control("torque");
+    scene.torque_actuator("motor", Body::GROUND, rod, torque);
+    scene.force("floor", Floor, rod.coordinates, [], [height.into(), stiffness.into()]);
+    let angle = [rod.coordinates[2]];
+    scene.cost("end", Angle, Sum::Terminal, angle, [], [torque], []);
+    scene.cost("run", Angle, Sum::Integral, angle, [], [torque], []);
+    scene.cost("at the touch", Angle, Sum::Event(0), angle, [], [torque], []);
+    scene.event_time("time of the reversal", 1);
+    let middle = scene.output("middle");
+    scene.term(middle, "middle", Angle, Sum::Node(17), angle, [], [torque], []);
+    scene.event("touch", Depth, rod.coordinates, [], [], [Param::from(height) + gap]);
+    // The share of one of two hinges in their reaction has few digits.
+    let weight = if hinges == 1 { 1e-3 } else { 0.0 };
+    scene.event("reversal", Turns, angle, [pins[0][0]], [torque], [weight.into()]);
+    if without_programs { scene.compile_without_programs() } else { scene.compile() }.expect("a scene")
+}
+
+fn inputs(system: &System, grid: Grid, nodes: &[(usize, usize)]) -> Inputs {
+    let mut inputs = Inputs::at_rest(system, grid);
+    let times = inputs.grid.times();
+    inputs.start = Start::assembled(system).hold(&[system.coordinate(2)]);
+    inputs.controls.iter_mut().zip(times).for_each(|(u, t)| *u = 1.5 * (4.0 * t).sin());
+    inputs.events = nodes.iter().map(|&(event, node)| system.event(event).at(node)).collect();
+    inputs
+}
+
+/// Steps that differ.
+fn grid(steps: usize) -> Grid {
+    Grid::new(0.2, (0..steps).map(|i| 0.56 / steps as f64 * (1.0 + 0.2 * (0.7 * i as f64).sin())).collect())
+}
+
+/// Two touches and a reversal between them.
+const ALL: [(usize, usize); 3] = [(0, 24), (1, 34), (0, 44)];
+
+#[test]
+fn gradients_are_those_of_complex_step() {
+    let plain = Settings::default();
+    let system = rod(1, false);
+    for scheme in Scheme::ALL {
+        let what = format!("located: {}", scheme.name);
+        assert_gradient_is_exact_with(&what, &system, &inputs(&system, grid(50), &ALL), Settings { scheme, ..plain });
+    }
+    let restarted = Settings { rebase_every: 1, drift_bound: 0.0, ..plain };
+    assert_gradient_is_exact_with("located: restarts", &system, &inputs(&system, grid(50), &ALL), restarted);
+    let composed = Grid::composed(16, 0.56 / 16.0, Composition::Suzuki4);
+    let nodes = [(0, 30), (1, 45), (0, 60)];
+    assert_gradient_is_exact_with("located: composed", &system, &inputs(&system, composed, &nodes), plain);
+    let redundant = rod(2, false);
+    assert_gradient_is_exact_with("located: redundant", &redundant, &inputs(&redundant, grid(50), &ALL), plain);
+    let recorded = rod(1, true);
+    assert_gradient_is_exact_with("located: without programs", &recorded, &inputs(&recorded, grid(50), &ALL), plain);
+    let ends = [(0, 20), (1, 28)];
+    assert_gradient_is_exact_with("located: to the end", &system, &inputs(&system, grid(28), &ends), plain);
+}
+
+/// A direction of all inputs.
+fn direction(inputs: &Inputs, seed: usize) -> Inputs {
+    let mut direction = inputs.no_change();
+    for (k, input) in Input::all(inputs).into_iter().enumerate() {
+        let size = if matches!(input, Input::Step(_)) { 0.01 } else { 0.1 };
+        *input.of(&mut direction) = size * ((seed + 7 * k) as f64).sin();
+    }
+    direction
+}
+
+fn along(gradient: &Gradient, direction: &Inputs) -> f64 {
+    let mut own = direction.clone();
+    Input::all(direction).into_iter().map(|input| *input.of(&mut own) * input.in_gradient(gradient)).sum()
+}
+
+fn near(what: &str, own: f64, reference: f64, within: f64) {
+    let error = (own - reference).abs() / reference.abs();
+    println!("{what}: {error:.1e}");
+    assert!(error < within, "{what}: {own} for {reference}");
+}
+
+#[test]
+fn products_and_jacobians_are_those_of_hyper_dual_numbers() -> Result<(), Error> {
+    let restarted = Settings { rebase_every: 1, drift_bound: 0.0, ..Settings::default() };
+    let fine = Settings { scheme: Scheme::ESDIRK4, ..Settings::default() };
+    for (settings, hinges) in [(Settings::default(), 1), (restarted, 1), (fine, 1), (Settings::default(), 2)] {
+        // Where the floor begins, its force has no second derivative.
+        let system = touching(0.02, hinges, false);
+        let given = inputs(&system, grid(50), &ALL);
+        let mut solver = Solver::new(&system, settings);
+        solver.simulate(&given)?;
+        let (a, b) = (direction(&given, 1), direction(&given, 1001));
+        // Before any gradient was computed.
+        let of_a = solver.hessian_product(&a)?.clone();
+        let mut lifted = LiftedSolver::<Hyper>::new(&system, &given, settings)?;
+        let mut moved = given.lift::<Hyper>();
+        for (part, direction) in [(1, &a), (2, &b)] {
+            let mut own = direction.clone();
+            Input::all(&given).iter().for_each(|input| input.of(&mut moved).add_to_part(part, *input.of(&mut own)));
+        }
+        lifted.simulate(&moved)?;
+        let (cost, outputs) = (lifted.cost()?, lifted.outputs()?);
+        near("Hessian", along(&of_a, &b), cost.part(3), 1e-9);
+        near("slope of the product", of_a.value, cost.part(1), 1e-11);
+        near("gradient", along(solver.gradient()?, &b), cost.part(2), 1e-11);
+        let (jacobian, forward) = (solver.jacobian()?, solver.push_forward(&a)?);
+        for (k, row) in jacobian.iter().enumerate() {
+            near("row of the Jacobian", along(row, &a), outputs[k].part(1), 1e-11);
+            near("column of the Jacobian", forward[k], outputs[k].part(1), 1e-11);
+        }
+        let weights = [0.7, -1.3];
+        let weighted = solver.weighted_gradient(0.4, &weights)?.clone();
+        let sum =
+            |part: usize| 0.4 * cost.part(part) + weights[0] * outputs[0].part(part) + weights[1] * outputs[1].part(part);
+        near("weighted gradient", along(&weighted, &a), sum(1), 1e-11);
+        near("Hessian of the weighted sum", along(solver.hessian_product(&a)?, &b), sum(3), 1e-9);
+        let bytes = 30 * system.bytes_per_node(&settings);
+        let mut long = LongSolver::new(&system, settings, bytes + 20_000);
+        let (own, solver_gradient) = (long.gradient(&given)?.clone(), solver.gradient()?.clone());
+        assert!(own == solver_gradient, "checkpoints");
+        assert!(long.jacobian(&given)? == jacobian, "the Jacobian with checkpoints");
+    }
+    Ok(())
+}
+
+#[test]
+fn an_event_holds_at_its_node_and_the_motion_ends_when_its_grid_does() -> Result<(), Error> {
+    let system = rod(1, false);
+    let given = inputs(&system, grid(50), &ALL);
+    let mut solver = Solver::new(&system, Settings::default());
+    let motion = solver.simulate(&given)?.clone();
+    for node in [24, 44] {
+        let depth = depth([0, 1, 2].map(|k| motion.q[(k, node)]), -0.3, motion.times[node]);
+        assert!(depth.abs() < 1e-14, "{depth:e} at node {node}");
+    }
+    assert!((motion.times[50] - given.grid.times()[50]).abs() < 1e-14);
+    // The steps that were found are those of the same motion.
+    let found = solver.inputs().clone();
+    let again = solver.simulate(&found)?;
+    assert!((&again.q - &motion.q).amax() < 1e-13);
+    Ok(())
+}

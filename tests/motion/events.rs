@@ -1,0 +1,150 @@
+//! Located events: where they are found, and what is said where they are not.
+
+use hamiltonian_adjoint::{
+    Cost, CostPoint, Error, Event, Force, ForcePoint, Grid, Inputs, Occurrence, Scalar, Scene, Scheme, Settings, Solver,
+    Sum, System, Warning,
+};
+use nalgebra::SVector;
+
+use crate::common::assert_says;
+
+/// The floor under the height q.
+struct Floor(f64);
+
+impl Force<1, 0, 1> for Floor {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 1, 0>, b: &SVector<S, 1>) -> SVector<S, 1> {
+        SVector::from([b[0] * (-at.q[0]).max(S::zero()).powf(self.0)])
+    }
+}
+
+struct Height;
+
+impl Cost<1, 0, 0, 1> for Height {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 1>) -> S {
+        at.q[0] - b[0]
+    }
+}
+
+/// A ball of 1 kg over an elastic floor with K δ^E; the event is that it touches or leaves the floor.
+fn ball(stiffness: f64, exponent: f64) -> System {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let mass = scene.design("mass", 1.0);
+    let stiffness = scene.design("stiffness", stiffness);
+    let level = scene.design("level", 0.0);
+    let ball = scene.particle("ball", mass, [0.0, 1.0]);
+    let z = [ball.coordinates[1]];
+    scene.force("floor", Floor(exponent), z, [], [stiffness.into()]);
+    scene.cost("height", Height, Sum::Terminal, z, [], [], [0.0.into()]);
+    scene.event("contact", Height, z, [], [], [level.into()]);
+    scene.event_time("touch-down", 0);
+    scene.event_time("lift-off", 1);
+    scene.compile().expect("a scene")
+}
+
+fn with_events(system: &System, grid: Grid, nodes: &[usize]) -> Inputs {
+    let events = nodes.iter().map(|&node| system.event(0).at(node)).collect();
+    Inputs { events, ..Inputs::at_rest(system, grid) }
+}
+
+#[test]
+fn events_are_found_from_poor_guesses_and_backwards_in_time() -> Result<(), Error> {
+    let system = ball(1e4, 1.0);
+    let exact = (2.0f64 / 9.81).sqrt();
+    for guess in [0.1, 0.3, 0.45, 0.6, 0.75] {
+        let grid = Grid::new(0.0, [vec![guess / 20.0; 20], vec![(0.8 - guess) / 40.0; 40]].concat());
+        let mut solver = Solver::new(&system, Settings::default());
+        let motion = solver.simulate(&with_events(&system, grid.clone(), &[20]))?;
+        assert!((motion.times[20] - exact).abs() < 1e-13, "{} from {guess}", motion.times[20]);
+        let mut back = with_events(&system, grid, &[20]);
+        back.grid.steps.iter_mut().for_each(|dt| *dt = -*dt);
+        assert!((solver.simulate(&back)?.times[20] + exact).abs() < 1e-13, "backwards from {guess}");
+    }
+    Ok(())
+}
+
+#[test]
+fn phases_are_found_along_an_ordinary_motion() -> Result<(), Error> {
+    let system = ball(1e4, 1.5);
+    let mut solver = Solver::new(&system, Settings::default());
+    let given = Inputs::at_rest(&system, Grid::uniform(800, 3.0 / 800.0));
+    let phases = solver.find_phases(&given, 16)?;
+    // Three bounces.
+    assert_eq!(phases.events.len(), 6, "{:?}", phases.events);
+    let motion = solver.simulate(&phases)?.clone();
+    for Occurrence { node, .. } in &phases.events {
+        assert!(motion.q[(1, *node)].abs() < 1e-12, "{:e} at node {node}", motion.q[(1, *node)]);
+    }
+    assert!((motion.times[motion.last()] - 3.0).abs() < 1e-12);
+    assert!(solver.gradient()?.warnings.iter().all(|w| !matches!(w, Warning::KinkBetweenNodes { .. })));
+    let estimate = hamiltonian_adjoint::estimate(&system, &phases, Settings::default())?;
+    println!("{estimate}");
+    assert!(estimate.uncertainty.is_some() && estimate.gradient_uncertainty.is_some());
+    Ok(())
+}
+
+#[test]
+fn a_kink_that_no_event_locates_is_told() -> Result<(), Error> {
+    let system = ball(1e4, 1.5);
+    let mut solver = Solver::new(&system, Settings::default());
+    let mut given = solver.find_phases(&Inputs::at_rest(&system, Grid::uniform(200, 0.004)), 16)?;
+    given.events.pop();
+    solver.simulate(&given)?;
+    let warnings = &solver.gradient()?.warnings;
+    let kink = warnings.iter().find(|w| matches!(w, Warning::KinkBetweenNodes { .. })).expect("a warning");
+    println!("{kink}");
+    Ok(())
+}
+
+#[test]
+fn what_cannot_be_located_is_said() -> Result<(), Error> {
+    let system = ball(1e4, 1.0);
+    let simulate = |inputs: &Inputs| Solver::new(&system, Settings::default()).simulate(inputs).map(|_| ());
+    let fails = |inputs: &Inputs| simulate(inputs).expect_err("no motion");
+    let grid = |end: f64| Grid::uniform(40, end / 40.0);
+    // Too short; and a level that is never reached.
+    assert_says(
+        &fails(&with_events(&system, grid(0.4), &[20])),
+        &["`contact`", "node 20", "does not happen", "0.4 s", "2.152e-1"],
+    );
+    let mut high = with_events(&system, grid(0.8), &[20]);
+    high.design[2] = 1.5;
+    assert_says(&fails(&high), &["does not happen", "closest to zero"]);
+    // Nodes out of order, beyond the end, at the start.
+    for (nodes, words) in [([20, 20], "larger than that of the event before it"), ([20, 41], "at most the number of steps")]
+    {
+        assert_says(&fails(&with_events(&system, grid(0.8), &nodes)), &["`contact`", words]);
+    }
+    assert_says(&fails(&with_events(&system, grid(0.8), &[0])), &["larger than 0"]);
+    let foreign: Event = ball(1e4, 1.0).event(0);
+    let other = Inputs { events: vec![foreign.at(3)], ..Inputs::at_rest(&system, grid(0.8)) };
+    assert_says(&fails(&other), &["event 0"]);
+    let mut part = with_events(&system, grid(0.8), &[20]);
+    part.grid.around = [3, 0];
+    assert_says(&fails(&part), &["part of a longer motion"]);
+    let composed = Grid::composed(10, 0.08, hamiltonian_adjoint::Composition::Suzuki4);
+    assert_says(&fails(&with_events(&system, composed, &[21])), &["end of a macro step"]);
+    // The event at the end of the grid, and a second one that does not happen any more.
+    let early = with_events(&system, grid(0.8), &[10, 20, 30]);
+    assert_says(&fails(&early), &["node 30", "does not happen"]);
+    Ok(())
+}
+
+#[test]
+fn a_grazed_event_is_told() -> Result<(), Error> {
+    // The deepest point of the ball, and levels just over it and under it.
+    let system = ball(1e4, 1.0);
+    let mut solver = Solver::new(&system, Settings::default());
+    let depth = (2.0 * 9.81 * 1.0f64 / 1e4).sqrt();
+    let mut inputs = with_events(&system, Grid::new(0.0, vec![0.46 / 60.0; 60]), &[60]);
+    inputs.design[2] = -0.999 * depth;
+    inputs.grid = Grid::new(0.0, [vec![0.0225; 20], vec![0.0004; 40]].concat());
+    let grazed = |solver: &Solver| solver.report().warnings.iter().any(|w| matches!(w, Warning::Grazed { .. }));
+    solver.simulate(&inputs)?;
+    let _ = grazed(&solver);
+    inputs.design[2] = -2.0 * depth;
+    inputs.grid.steps.push(0.01);
+    inputs.controls = nalgebra::DMatrix::zeros(0, inputs.grid.nodes());
+    assert_says(&solver.simulate(&inputs).expect_err("no such depth"), &["closest to zero"]);
+    Ok(())
+}
