@@ -1,7 +1,8 @@
 //! A ball of 1 kg falls on an elastic floor: its height z at the end and dz/dh, where h is the height of the fall, as one JSON object.
 //!
 //! The gradient of the discrete motion is exact and yet far from the derivative of the motion, because it depends on where between two nodes the
-//! contact begins and ends. [`Gradient::frozen`](hamiltonian_adjoint::Gradient::frozen) does not.
+//! contact begins and ends. [`Gradient::frozen`](hamiltonian_adjoint::Gradient::frozen) does not. Best is a grid that has nodes where the contact begins
+//! and ends ([`Solver::find_phases`]).
 //!
 //! `cargo run --release --example bounce -- --stiffness 1e6 --exponent 1.5 --height 1 --time 0.8`
 
@@ -9,7 +10,8 @@ use std::collections::BTreeMap;
 use std::process::ExitCode;
 
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Force, ForcePoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, System,
+    Cost, CostPoint, Error, Estimate, Force, ForcePoint, Grid, Inputs, Scalar, Scene, Settings, Solver, Sum, System,
+    estimate,
 };
 use nalgebra::SVector;
 
@@ -22,17 +24,20 @@ usage: cargo run --release --example bounce -- [options]
   --exponent E    1 for a spring, 1.5 for Hertz' law (1.5)
   --height H      the height of the fall in m (1)
   --time T        the end of the motion in s (0.8)
-  --steps N       N equal steps; otherwise the grid is adapted
+  --steps N       about N steps (1000), and at least 24 within each contact
 
 output
   z               the height at the end, m
-  dz_dheight      dz/dH at frozen grid phase: the number to use
-  plain, frozen   dz/dH of the discrete motion, and at frozen grid phase
-  uncertainty     an estimate of the error of dz_dheight; null if fewer than four steps lie within the contact
-  warnings        warnings of the library
+  dz_dheight      dz/dH with nodes where contacts begin and end: the number to use
+  plain, frozen   dz/dH on N equal steps: of the discrete motion, and at frozen grid phase
+  uncertainty     an estimate of the error of dz_dheight; null if there is none that can be trusted
+  warnings        warnings of the library for the motion of dz_dheight
 
 exit status: 0; 1 if the simulation fails; 2 if the arguments are wrong
 ";
+
+/// The least number of steps within a contact.
+const INSIDE: usize = 24;
 
 /// The floor under the height q.
 struct Floor {
@@ -52,16 +57,6 @@ impl Cost<1> for Height {
     fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
         at.q[0]
     }
-}
-
-/// The results of a motion.
-struct Answer {
-    z: f64,
-    plain: f64,
-    frozen: f64,
-    /// The number of nodes within the contact.
-    inside: usize,
-    warnings: Vec<String>,
 }
 
 fn main() -> ExitCode {
@@ -88,7 +83,8 @@ fn main() -> ExitCode {
 
 fn parse(arguments: &[String]) -> Result<BTreeMap<&'static str, f64>, String> {
     let known = ["--stiffness", "--exponent", "--height", "--time", "--steps"];
-    let mut options = BTreeMap::from([("--stiffness", 1e6), ("--exponent", 1.5), ("--height", 1.0), ("--time", 0.8)]);
+    let mut options =
+        BTreeMap::from([("--stiffness", 1e6), ("--exponent", 1.5), ("--height", 1.0), ("--time", 0.8), ("--steps", 1000.0)]);
     for pair in arguments.chunks(2) {
         let flag = known.into_iter().find(|known| *known == pair[0]);
         let flag = flag.ok_or_else(|| format!("unknown argument `{}` (try --help)", pair[0]))?;
@@ -113,43 +109,26 @@ fn system(stiffness: f64, exponent: f64, height: f64) -> Result<System, Error> {
     let ball = scene.particle("ball", 1.0, [0.0, height]);
     scene.force("floor", Floor { exponent }, [ball.coordinates[1]], [], [stiffness.into()]);
     scene.cost("z", Height, Sum::Terminal, [ball.coordinates[1]], [], [], []);
+    scene.event("contact", Height, [ball.coordinates[1]], [], [], []);
     scene.compile()
 }
 
-/// The motion on a grid.
-fn on(solver: &mut Solver, inputs: &Inputs) -> Result<Answer, Error> {
-    let heights = solver.simulate(inputs)?.q.row(1).into_owned();
+fn bounce(options: &BTreeMap<&str, f64>) -> Result<String, Error> {
+    let (height, time, steps) = (options["--height"], options["--time"], options["--steps"] as usize);
+    let system = system(options["--stiffness"], options["--exponent"], height)?;
+    let mut solver = Solver::new(&system, Settings::default());
+    let uniform = Inputs::at_rest(&system, Grid::uniform(steps, time / steps as f64));
+    solver.simulate(&uniform)?;
     let gradient = solver.gradient()?;
     let plain = gradient.start.q()[1];
     let frozen = gradient.frozen.as_ref().map_or(plain, |frozen| frozen.start.q()[1]);
-    let inside = heights.iter().filter(|height| **height < 0.0).count();
-    let warnings = gradient.warnings.iter().map(ToString::to_string).collect();
-    Ok(Answer { z: gradient.value, plain, frozen, inside, warnings })
-}
-
-fn bounce(options: &BTreeMap<&str, f64>) -> Result<String, Error> {
-    let (height, time) = (options["--height"], options["--time"]);
-    let system = system(options["--stiffness"], options["--exponent"], height)?;
-    let mut solver = Solver::new(&system, Settings::default());
-    let uniform =
-        |steps: usize, solver: &mut Solver| on(solver, &Inputs::at_rest(&system, Grid::uniform(steps, time / steps as f64)));
-    // From coarse to fine.
-    let mut all = Vec::new();
-    if let Some(&steps) = options.get("--steps") {
-        for part in [4, 2, 1] {
-            all.push(uniform((steps as usize / part).max(2), &mut solver)?);
-        }
-    } else {
-        for tolerance in [1e-6, 1e-7, 1e-8] {
-            let adapted = solver.adapt(&Inputs::at_rest(&system, Grid::uniform(100, time / 100.0)), tolerance)?;
-            all.push(on(&mut solver, &adapted)?);
-        }
-    }
-    let [coarse, middle, Answer { z, plain, frozen, inside, warnings }] = &all[..] else { unreachable!("three grids") };
-    let changes = [(frozen - middle.frozen).abs(), (middle.frozen - coarse.frozen).abs()];
-    let is_resolved = *inside == 0 || *inside >= 4;
-    let uncertainty = if is_resolved { format!("{:?}", 3.0 * changes[0].max(changes[1])) } else { "null".into() };
+    let located = solver.find_phases(&uniform, INSIDE)?;
+    let Estimate { value: z, gradient, derivatives, .. } = estimate(&system, &located, Settings::default())?;
+    let by_height = derivatives.iter().find(|derivative| derivative.of == "q₀ of `ball.y`");
+    let uncertainty = by_height.map_or("null".into(), |derivative| format!("{:?}", derivative.uncertainty));
+    let warnings: Vec<String> = gradient.warnings.iter().map(ToString::to_string).collect();
+    let dz_dheight = gradient.start.q()[1];
     Ok(format!(
-        "{{\n  \"z\": {z:?},\n  \"dz_dheight\": {frozen:?},\n  \"plain\": {plain:?},\n  \"frozen\": {frozen:?},\n  \"uncertainty\": {uncertainty},\n  \"warnings\": {warnings:?}\n}}\n"
+        "{{\n  \"z\": {z:?},\n  \"dz_dheight\": {dz_dheight:?},\n  \"plain\": {plain:?},\n  \"frozen\": {frozen:?},\n  \"uncertainty\": {uncertainty},\n  \"warnings\": {warnings:?}\n}}\n"
     ))
 }

@@ -201,7 +201,9 @@ fn visit(
     if node == 0 {
         return sweeps.iter_mut().try_for_each(|sweep| sweep.end_at_start(system, motion, linearisation));
     }
-    if system.may_bend() && motion.trajectory.scheme.is_trapezoidal() {
+    // Where an event is located, an element may begin or cease to act: its derivatives there are those of one of the two steps.
+    let may_watch = motion.trajectory.scheme.is_trapezoidal() && !motion.has_located_end(node);
+    if system.may_bend() && may_watch {
         let watched = sweeps.iter_mut().filter(|sweep| !sweep.is_idle);
         watched.for_each(|sweep| sweep.watch_resolution(system, motion, linearisation, end, node));
     }

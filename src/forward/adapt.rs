@@ -33,7 +33,7 @@ use crate::motion::{Clock, Task, column, column_mut};
 use crate::node::StepFailure;
 use crate::scheme::local_error;
 use crate::system::Pair;
-use crate::{Error, Grid, Inputs, Settings, System};
+use crate::{Error, Grid, Inputs, Occurrence, Settings, System};
 
 /// Safety factor of the step length, and range of the ratio of successive step lengths.
 const SAFETY: f64 = 0.9;
@@ -52,7 +52,8 @@ const SHORTEST: f64 = 1e-14;
 const STRAIGHT: f64 = 1e-9;
 const SAME: f64 = 8.0 * f64::EPSILON;
 
-/// The given nodes at which controls bend or the motion ends. An adaptive grid contains them, because a method has its order only between them.
+/// The given nodes at which controls bend, that have an event, or at which the motion ends. An adaptive grid contains them, because a method has its order
+/// only between them.
 fn kinks(inputs: &Inputs) -> Vec<usize> {
     let (steps, u) = (&inputs.grid.steps, &inputs.controls);
     let largest: Vec<f64> = u.row_iter().map(|channel| channel.amax()).collect();
@@ -64,7 +65,8 @@ fn kinks(inputs: &Inputs) -> Vec<usize> {
         (after - before).abs() > STRAIGHT * before.abs().max(after.abs()) + rounding
     };
     let bends = |node: &usize| (0..u.nrows()).any(|channel| bends_in(channel, *node));
-    (1..steps.len()).filter(bends).chain([steps.len()]).collect()
+    let has_event = |node: usize| inputs.events.binary_search_by_key(&node, |event| event.node).is_ok();
+    (1..steps.len()).filter(|node| bends(node) || has_event(*node)).chain([steps.len()]).collect()
 }
 
 /// A grid under construction: the computed steps, and the straight piece of the given inputs in which the next step lies.
@@ -77,9 +79,18 @@ struct Growing<'a> {
     kinks: std::iter::Peekable<std::vec::IntoIter<usize>>,
     /// The given step that contains the current time.
     at: usize,
+    /// The events passed, at their nodes on the new grid.
+    events: Vec<Occurrence>,
 }
 
 impl Growing<'_> {
+    /// Passes a kink, which is a node of the new grid.
+    fn pass_kink(&mut self, node: usize) {
+        let given = self.kinks.next();
+        let event = self.given.events.iter().find(|event| Some(event.node) == given);
+        self.events.extend(event.map(|event| Occurrence { node, ..*event }));
+    }
+
     /// The time of the next kink.
     fn piece_end(&mut self) -> Option<f64> {
         let node = *self.kinks.peek()?;
@@ -119,6 +130,14 @@ impl ForwardSweep {
         tolerance: f64,
     ) -> Result<Inputs, Error> {
         check(system, inputs, tolerance)?;
+        let located = match inputs.events.is_empty() {
+            true => None,
+            false => {
+                self.begin(system, inputs, inputs.grid.nodes(), settings)?;
+                Some(self.locate(system, inputs, settings)?)
+            }
+        };
+        let inputs = located.as_ref().unwrap_or(inputs);
         let by_errors = self.grow(system, inputs, settings, tolerance, &|_| f64::INFINITY)?;
         if settings.scheme.order % 2 == 1 {
             return Ok(by_errors);
@@ -155,7 +174,7 @@ impl ForwardSweep {
         (tolerance, longest): (f64, &dyn Fn(f64) -> f64),
     ) -> Result<(), Error> {
         let (times, now, kinks) = (inputs.grid.passed(), Clock::new(0.0), kinks(inputs).into_iter().peekable());
-        let mut growing = Growing { given: inputs, times, now, kinks, at: 0 };
+        let mut growing = Growing { given: inputs, times, now, kinks, at: 0, events: Vec::new() };
         let duration = growing.times[growing.times.len() - 1];
         let mut dt = FIRST * duration;
         self.begin(system, &first_step(inputs, dt), WINDOW + HISTORY, settings)?;
@@ -201,7 +220,7 @@ impl ForwardSweep {
                         growing.now = growing.now.after(length);
                         self.motion.trajectory.computed = node - self.motion.first;
                         if is_last {
-                            growing.kinks.next();
+                            growing.pass_kink(node - 1);
                         }
                         // Estimate of the number of nodes if steps continue like this.
                         let share = (begin + length) / duration;
@@ -219,6 +238,7 @@ impl ForwardSweep {
             // A step that was shortened for the grid says little about longer steps.
             dt = if factor > 1.0 && length.abs() < dt.abs() { dt } else { length * factor };
         }
+        self.motion.inputs.events = growing.events;
         Ok(())
     }
 
@@ -290,7 +310,7 @@ fn is_too_short(length: f64, duration: f64) -> bool {
 /// The start of the given inputs, with a single step.
 fn first_step(inputs: &Inputs, dt: f64) -> Inputs {
     let controls = DMatrix::from_fn(inputs.controls.nrows(), 2, |channel, _| inputs.controls[(channel, 0)]);
-    Inputs { grid: Grid { steps: vec![dt], ..inputs.grid }, controls, ..inputs.clone() }
+    Inputs { grid: Grid { steps: vec![dt], ..inputs.grid }, controls, events: Vec::new(), ..inputs.clone() }
 }
 
 /// Checks that an adaptive grid can be computed for these inputs.

@@ -132,6 +132,14 @@ impl Motion {
         self.surprising.get(node - self.first).is_some_and(|surprising| *surprising)
     }
 
+    /// Whether an event is located at an end of the step that ends at a node.
+    #[inline]
+    pub(crate) fn has_located_end(&self, node: usize) -> bool {
+        let step = || self.node_of_whole(node);
+        !self.inputs.events.is_empty()
+            && self.inputs.events.iter().any(|event| event.node == step() || event.node + 1 == step())
+    }
+
     /// The time of a node, s.
     pub(crate) fn time(&self, node: usize) -> f64 {
         self.trajectory.times[node - self.first]

@@ -30,6 +30,35 @@ impl Grid {
         Grid::new(0.0, vec![dt; steps])
     }
 
+    /// A grid of N steps over a duration, s, from t = 0, that are short at both ends: t_i = T x³ (10 − 15 x + 6 x²) with x = i/N. Use it for the
+    /// steps within a contact whose force is not smooth where it begins and ends, such as Hertz' law δ^1.5; schemes then keep their order.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::Grid;
+    ///
+    /// let grid = Grid::uniform(10, 0.045).then(&Grid::graded(6, 0.02)).then(&Grid::uniform(10, 0.033));
+    /// assert_eq!(grid.steps.len(), 26);
+    /// assert!((grid.times()[16] - 0.47).abs() < 1e-14);
+    /// ```
+    ///
+    /// # Panics
+    /// If the grid does not fit into memory.
+    pub fn graded(steps: usize, duration: f64) -> Self {
+        memory::require("the steps of a grid", steps, size_of::<f64>());
+        let at = |i: usize| {
+            let x = i as f64 / steps as f64;
+            duration * x * x * x * (10.0 - 15.0 * x + 6.0 * x * x)
+        };
+        Grid::new(0.0, (0..steps).map(|i| at(i + 1) - at(i)).collect())
+    }
+
+    /// This grid, followed by the steps of another one.
+    #[must_use]
+    pub fn then(mut self, other: &Grid) -> Self {
+        self.steps.extend_from_slice(&other.steps);
+        self
+    }
+
     /// A grid with nodes at the given times, s, and equal steps between them, none longer than `longest`, s. Use it if there are
     /// measurements, or kinks of controls, at these times.
     ///

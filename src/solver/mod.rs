@@ -113,8 +113,8 @@ impl<'s> Solver<'s> {
     /// in m or rad, or relative for coordinates and velocities larger than 1. An error of a velocity is measured by the change of the
     /// coordinate that it causes within the step.
     ///
-    /// The given grid determines the beginning and end of the motion and the kinks of controls; its nodes are kept, and controls remain the same
-    /// functions of time. Schemes of even order need two simulations. The first determines step lengths from the error estimates alone. The
+    /// The given grid determines the beginning and end of the motion, the kinks of controls and the events, which are located on it first; these nodes
+    /// are kept, and controls remain the same functions of time. Schemes of even order need two simulations. The first determines step lengths from the error estimates alone. The
     /// second uses a compromise between these lengths and equal ones, because errors cancel better with equal steps. The new grid is then
     /// fixed like any other grid, and the gradient on it is exact. A cost summed over nodes ([`Sum::Plain`](crate::Sum::Plain),
     /// [`Sum::AllNodes`](crate::Sum::AllNodes)) has another meaning on it; use [`Sum::Integral`](crate::Sum::Integral) for integrals.

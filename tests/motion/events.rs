@@ -132,19 +132,45 @@ fn what_cannot_be_located_is_said() -> Result<(), Error> {
 
 #[test]
 fn a_grazed_event_is_told() -> Result<(), Error> {
-    // The deepest point of the ball, and levels just over it and under it.
+    // Levels just over the deepest point of the ball, and under it.
     let system = ball(1e4, 1.0);
     let mut solver = Solver::new(&system, Settings::default());
-    let depth = (2.0 * 9.81 * 1.0f64 / 1e4).sqrt();
-    let mut inputs = with_events(&system, Grid::new(0.0, vec![0.46 / 60.0; 60]), &[60]);
-    inputs.design[2] = -0.999 * depth;
-    inputs.grid = Grid::new(0.0, [vec![0.0225; 20], vec![0.0004; 40]].concat());
-    let grazed = |solver: &Solver| solver.report().warnings.iter().any(|w| matches!(w, Warning::Grazed { .. }));
-    solver.simulate(&inputs)?;
-    let _ = grazed(&solver);
-    inputs.design[2] = -2.0 * depth;
-    inputs.grid.steps.push(0.01);
-    inputs.controls = nalgebra::DMatrix::zeros(0, inputs.grid.nodes());
+    let mut inputs = with_events(&system, Grid::uniform(1800, 0.9 / 1800.0), &[930]);
+    let free = Inputs { events: Vec::new(), ..inputs.clone() };
+    let deepest = solver.simulate(&free)?.q.row(1).min();
+    inputs.design[2] = 0.9999 * deepest;
+    let motion = solver.simulate(&inputs)?;
+    assert!((motion.q[(1, 930)] - 0.9999 * deepest).abs() < 1e-12);
+    let grazed = |w: &&Warning| matches!(w, Warning::Grazed { .. });
+    println!("{}", solver.report().warnings.iter().find(grazed).expect("a warning"));
+    inputs.design[2] = 1.01 * deepest;
     assert_says(&solver.simulate(&inputs).expect_err("no such depth"), &["closest to zero"]);
+    Ok(())
+}
+
+#[test]
+fn an_adaptive_grid_keeps_the_events() -> Result<(), Error> {
+    let system = ball(1e4, 1.5);
+    let settings = Settings { scheme: Scheme::ESDIRK5, ..Settings::default() };
+    let mut solver = Solver::new(&system, settings);
+    let given = solver.find_phases(&Inputs::at_rest(&system, Grid::uniform(200, 0.004)), 8)?;
+    let adapted = solver.adapt(&given, 1e-9)?;
+    assert_eq!(adapted.events.len(), 2);
+    let motion = solver.simulate(&adapted)?;
+    let exact = [(2.0f64 / 9.81).sqrt(), 0.512_538_925_4];
+    for (Occurrence { node, .. }, exact) in adapted.events.iter().zip(exact) {
+        assert!((motion.times[*node] - exact).abs() < 1e-6, "{} for {exact}", motion.times[*node]);
+    }
+    Ok(())
+}
+
+#[test]
+fn files_keep_events() -> Result<(), Error> {
+    let system = ball(1e4, 1.0);
+    let given = with_events(&system, Grid::uniform(20, 0.04), &[11, 13]);
+    let json = given.to_json(&system)?;
+    assert_eq!(Inputs::from_json(&system, &json)?, given);
+    let wrong = json.replace("contact", "contract");
+    assert_says(&Inputs::from_json(&system, &wrong).expect_err("no such event"), &["`events`", "contract"]);
     Ok(())
 }

@@ -12,6 +12,7 @@ mod compositions;
 mod condition;
 mod conservation;
 mod convergence;
+mod event_truth;
 mod events;
 mod hard_steps;
 mod kinks;
