@@ -21,8 +21,9 @@ const MOST_PASSES: usize = 40;
 const ROUNDING: f64 = 1e-14;
 /// A phase is located if its correction, which does not decrease any more, is below this fraction.
 const LOCATED: f64 = 1e-9;
-/// The number of such corrections.
-const STALLED: usize = 3;
+/// The number of such corrections, and the largest factor of the least one.
+const STALLED: usize = 2;
+const ABOVE_LEAST: f64 = 4.0;
 /// A change of the function below this fraction of its value is not used for a secant.
 const SMALL: f64 = 1e-6;
 /// At the beginning of a phase, values of the function below this fraction of its largest value are zeros of the event before.
@@ -51,8 +52,8 @@ struct Search {
     samples: Samples,
     /// The lengths of the last passes and the functions at their ends, where the function was not negative and where it was.
     before: [Option<(f64, f64)>; 2],
-    /// The last correction, and the number of corrections that were not smaller than half of the one before.
-    correction: f64,
+    /// The least correction, and the number of corrections since then that were not half as large.
+    least: f64,
     stalled: usize,
 }
 
@@ -77,17 +78,8 @@ impl ForwardSweep {
             let longest = if is_last { LONGEST * given } else { end - passed };
             let (of, samples) = (inputs.events[phase], Samples::default());
             let length = if given / longest < 1.0 { given } else { longest };
-            let mut search = Search {
-                phase,
-                of,
-                given,
-                length,
-                longest,
-                samples,
-                before: [None; 2],
-                correction: f64::INFINITY,
-                stalled: 0,
-            };
+            let mut search =
+                Search { phase, of, given, length, longest, samples, before: [None; 2], least: f64::INFINITY, stalled: 0 };
             let slope = self.find(system, (inputs, &mut taken, &phases), &mut search, settings)?;
             scales.push(search.length / given, slope);
             passed += search.length;
@@ -200,15 +192,16 @@ impl Search {
         };
         let correction = target - end;
         let size = (start + end).abs().max(end.abs());
-        self.stalled = if correction.abs() >= 0.5 * self.correction.abs() { self.stalled + 1 } else { 0 };
-        let is_stalled = self.stalled >= STALLED && correction.abs() <= LOCATED * size;
+        self.stalled = if correction.abs() < 0.5 * self.least { 0 } else { self.stalled + 1 };
+        self.least = self.least.min(correction.abs());
+        let is_stalled = self.stalled >= STALLED && correction.abs() <= (LOCATED * size).min(ABOVE_LEAST * self.least);
         if g == 0.0 || correction.abs() <= ROUNDING * size || is_stalled {
             return Ok(Some(slope));
         }
         if root.is_none() && self.length == self.longest {
             return Err(failure.cloned().unwrap_or_else(|| self.not_reached(system, start)));
         }
-        (self.before[side], self.correction) = (Some((end, g)), correction);
+        self.before[side] = Some((end, g));
         let factor = (target / end).clamp(LONGER.recip(), LONGER);
         // A zero between nodes has been seen, so that the phase is known to be that short.
         let factor = if root.is_some() && !is_near { target / end } else { factor };

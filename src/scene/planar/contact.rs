@@ -6,7 +6,7 @@ use super::forces::torque;
 use super::geometry::{Link, turned};
 use super::ground::Ends;
 use super::joints::{axis, points};
-use crate::model::element::ForcePoint;
+use crate::model::element::{ForcePoint, ListCost, ListPoint};
 use crate::model::{Frame, Point, Shape};
 use crate::scene::ready::Kind;
 use crate::{Force, Param, PotentialEnergy, Scalar, Scene};
@@ -84,6 +84,17 @@ impl Force<6, 0, 9> for Contact {
     }
 }
 
+/// n · d of a [`Contact`], which is negative during the contact, for the coordinates that are there.
+struct Gap(&'static [usize]);
+
+impl ListCost for Gap {
+    fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
+        let mut q = SVector::from([S::zero(); 6]);
+        self.0.iter().zip(at.q).for_each(|(&i, &own)| q[i] = own);
+        axis(&q, at.b[4]).dot(&Link::new(&q, at.b).between)
+    }
+}
+
 pub(super) static BUSHING: Kind = Kind::of_points(
     "bushing",
     &["stiffness_x", "stiffness_y", "stiffness_angle", "damping_x", "damping_y", "damping_angle"],
@@ -131,6 +142,7 @@ pub(super) static CONTACT: Kind =
         scene.draw(name, Shape::Ground { normal: numbers[0] }, a, b);
         scene.require_positive(numbers[4], format!("the friction speed of `{name}`"));
         scene.between_force(name, Contact, (part.frames(), Ends::Points), [], points(a, b, numbers));
+        scene.between_event(name, Gap, (part.frames(), Ends::Points), &points::<_, 9>(a, b, numbers)[..5]);
     });
 
 impl Scene {
@@ -175,6 +187,9 @@ impl Scene {
     /// `law` = [k in N/m^(3/2), c in s/m, μ, v_s in m/s]: Hertz' stiffness, Hunt and Crossley's damping, coefficient and speed of regularised
     /// friction. The force is only as smooth as δ^(3/2). Steps must resolve the duration of a contact; otherwise the gradient is that of
     /// a motion that misses the contact ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement)). There is no sticking.
+    ///
+    /// The contact is also an event of this name ([`event_named`](Self::event_named)): its function is n · d with the vector d from `a` to `b`, which
+    /// is negative during the contact.
     pub fn contact(&mut self, name: &str, a: Point, normal: impl Into<Param>, b: Point, law: [Param; 4]) {
         self.ready_between(name, &CONTACT, [a, b], [normal.into(), law[0], law[1], law[2], law[3]]);
     }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use crate::model::element::ListCost;
 use crate::model::{Control, Coordinate, Frame, Owner, Param};
 use crate::system::AnyElement;
 use crate::{Error, Scene};
@@ -54,6 +55,19 @@ impl Scene {
             self.insert_on(name, formula, there, (q, sigma), u, b);
         }
         pair.is_some()
+    }
+
+    /// Adds an event between two frames, whose function is made from the numbers of the coordinates that are there.
+    pub(super) fn between_event<C: ListCost>(
+        &mut self,
+        name: &str,
+        function: impl FnOnce(&'static [usize]) -> C,
+        (frames, ends): ((Frame, Frame), Ends),
+        b: &[Param],
+    ) {
+        if let Some(Pair { q, there }) = self.pair(name, frames, ends) {
+            self.list_event(name, function(there), &q, &[], &[], b);
+        }
     }
 
     fn pair(&mut self, element: &str, frames: (Frame, Frame), ends: Ends) -> Option<Pair> {
