@@ -163,14 +163,3 @@ fn an_adaptive_grid_keeps_the_events() -> Result<(), Error> {
     }
     Ok(())
 }
-
-#[test]
-fn files_keep_events() -> Result<(), Error> {
-    let system = ball(1e4, 1.0);
-    let given = with_events(&system, Grid::uniform(20, 0.04), &[11, 13]);
-    let json = given.to_json(&system)?;
-    assert_eq!(Inputs::from_json(&system, &json)?, given);
-    let wrong = json.replace("contact", "contract");
-    assert_says(&Inputs::from_json(&system, &wrong).expect_err("no such event"), &["`events`", "contract"]);
-    Ok(())
-}

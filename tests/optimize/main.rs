@@ -3,6 +3,7 @@
 mod common;
 mod degenerate;
 mod ends;
+mod events;
 mod extremes;
 mod flat;
 mod interrupted;

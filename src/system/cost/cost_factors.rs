@@ -118,7 +118,7 @@ mod tests {
         factors.weigh(0.0, &[0.0; 4]);
         assert_eq!(factors.counting().count(), 0);
         factors.choose(3);
-        assert_eq!((factors.some(), factors.of(2), factors.of(3)), (3..4, 0.0, 1.0));
+        assert_eq!((factors.some(), factors.here(2, None), factors.here(3, None)), (3..4, 0.0, 1.0));
         assert_eq!(CostFactors::of_outputs(4).some(), 1..5);
     }
 }

@@ -243,6 +243,10 @@ mod tests {
             arranged(&[2, 0, 1, 2, 0, 1].map(|output| (if output == 1 { Sum::Node(4) } else { Sum::Integral }, output)));
         let here = |which| costs.here(Some(4), &CostFactors::of_one(which, 3)).collect::<Vec<usize>>();
         assert_eq!([0, 1, 2, 3].map(here), [vec![1, 4], vec![2, 5], vec![0, 3], vec![]]);
-        assert_eq!((here(1..3), here(0..3)), (vec![0, 3, 2, 5], vec![1, 4, 0, 3, 2, 5]));
+        let mut factors = CostFactors::of_outputs(2);
+        let of = |factors: &CostFactors| costs.here(Some(4), factors).collect::<Vec<usize>>();
+        let outputs = of(&factors);
+        factors.weigh(1.0, &[1.0; 2]);
+        assert_eq!((outputs, of(&factors)), (vec![0, 3, 2, 5], vec![1, 4, 0, 3, 2, 5]));
     }
 }
