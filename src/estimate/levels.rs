@@ -11,6 +11,8 @@ pub(super) struct Levels {
     pub(super) of_gradient: [f64; 2],
     /// Of the derivatives by the design variables, q₀, and v₀ or p*₀: the larger of the first difference and the second one over 2ᵖ.
     pub(super) of_derivatives: Vec<f64>,
+    /// J and its gradient, extrapolated from the given grid and every second node; `None` if kinks lie between nodes.
+    pub(super) extrapolated: Option<Gradient>,
 }
 
 impl Levels {
@@ -35,7 +37,9 @@ impl Levels {
             let [near, far] = [singles[0][k] - singles[1][k], singles[1][k] - singles[2][k]].map(f64::abs);
             near.max(far / decrease)
         };
+        let is_smooth = [fine, &middle].iter().all(|of| of.frozen.is_none());
         Ok(Levels {
+            extrapolated: is_smooth.then(|| extrapolated(fine, &middle, &inputs.grid.steps, 1.0 / (decrease - 1.0))),
             of_derivatives: (0..singles[0].len()).map(of_one).collect(),
             of_value: [fine.value - middle.value, middle.value - last.value],
             of_gradient: [apart(&all[0], &all[1]) / size, apart(&all[1], &all[2]) / size],
@@ -51,6 +55,50 @@ pub(super) fn best(gradient: &Gradient) -> &Gradient {
 /// The derivatives by the design variables, q₀, and v₀ or p*₀.
 pub(super) fn derivatives(of: &Gradient) -> Vec<f64> {
     [&of.design, of.start.q(), of.start.rate()].into_iter().flat_map(|list| list.iter().copied()).collect()
+}
+
+/// J and its gradient, with the error that follows from the difference to those on every second node: the difference times `share`.
+fn extrapolated(fine: &Gradient, coarse: &Gradient, steps: &[f64], share: f64) -> Gradient {
+    let mut sum = fine.clone();
+    sum.value += share * (fine.value - coarse.value);
+    sum.design += (&fine.design - &coarse.design) * share;
+    *sum.start.q_mut() += (fine.start.q() - coarse.start.q()) * share;
+    *sum.start.rate_mut() += (fine.start.rate() - coarse.start.rate()) * share;
+    let pairs = sum.steps.chunks_mut(2).zip(steps.chunks(2)).zip(&coarse.steps);
+    for ((of_pair, lengths), of_both) in pairs {
+        let length = lengths.iter().sum::<f64>();
+        let together: f64 = of_pair.iter().zip(lengths).map(|(of, dt)| of * dt / length).sum();
+        of_pair.iter_mut().for_each(|of| *of += share * (together - of_both));
+    }
+    for channel in 0..fine.controls.nrows() {
+        let row = |of: &Gradient| of.controls.row(channel).iter().copied().collect::<Vec<f64>>();
+        let errors = errors_of_control((&row(fine), &row(coarse)), steps);
+        sum.controls.row_mut(channel).iter_mut().zip(errors).for_each(|(of, error)| *of += share * error);
+    }
+    sum
+}
+
+/// The differences of the derivatives by one control, at all nodes. Along a control that is linear between every second node, they add up to the
+/// difference of both derivatives.
+fn errors_of_control((fine, coarse): (&[f64], &[f64]), steps: &[f64]) -> Vec<f64> {
+    let last = steps.len();
+    // Such a control has the shares 1 − θ and θ of its neighbours at the nodes between them.
+    let shares = |n: usize| {
+        let right = steps[n - 1] / (steps[n - 1] + steps[n]);
+        [(n - 1, 1.0 - right), (n + 1, right)]
+    };
+    let mut errors = vec![0.0; fine.len()];
+    coarse.iter().enumerate().for_each(|(k, of)| errors[(2 * k).min(last)] = fine[(2 * k).min(last)] - of);
+    for n in (1..last).step_by(2) {
+        shares(n).into_iter().for_each(|(k, share)| errors[k] += share * fine[n]);
+    }
+    // A quarter of each difference moves to the node before, a quarter to the node after.
+    let quarters: Vec<f64> = (1..last).step_by(2).map(|n| 0.25 * (errors[n - 1] + errors[n + 1])).collect();
+    for (n, of) in (1..last).step_by(2).zip(quarters) {
+        errors[n] = of;
+        shares(n).into_iter().for_each(|(k, share)| errors[k] -= share * of);
+    }
+    errors
 }
 
 /// The controls are changed by so many functions of time.

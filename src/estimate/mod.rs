@@ -44,7 +44,12 @@ pub struct Estimate {
     /// The derivatives by the design variables and by the initial values, with estimated bounds of their errors; empty if there are none that can be
     /// trusted.
     pub derivatives: Vec<Derivative>,
-    /// The error J of the continuous motion − J by the residuals of the steps; `None` for other schemes than the trapezoidal rule, and for motions with
+    /// J and its gradient with their estimated errors added: J + (J − J₂)/(2ᵖ − 1), and dJ likewise, with J₂ on every second node. This is Richardson's
+    /// extrapolation to the continuous motion, of order 4 for the trapezoidal rule and p + 1 for other schemes. Derivatives by controls and step
+    /// lengths have this order along changes that every second node can represent. `None` if the estimate is withdrawn, or if kinks lie between nodes.
+    /// The values are those of no single motion: optimisers need [`gradient`](Self::gradient).
+    pub corrected: Option<Gradient>,
+    /// The error J of the continuous motion − J by the residuals of the steps; J + this error has order 4, too, if controls are smooth. `None` for other schemes than the trapezoidal rule, and for motions with
     /// restarts or halved steps.
     pub residual: Option<f64>,
     /// The shortest interval of time, s, with more than half of the residuals, and its share of them.
@@ -135,6 +140,7 @@ pub(crate) fn estimate_of(
         uncertainty: None,
         gradient_uncertainty: None,
         derivatives: Vec::new(),
+        corrected: None,
         residual: residual.as_ref().map(Residual::sum),
         largest: residual.as_ref().and_then(|residual| residual.largest(&solver.trajectory().times)),
         withdrawn: None,
@@ -147,13 +153,16 @@ pub(crate) fn estimate_of(
         let levels = Levels::new(system, inputs, &estimate.gradient, &coarse, (settings, decrease));
         levels.map_err(|error| Withdrawn::NoCoarserMotion(Box::new(error)))
     });
-    let judged = judged.and_then(|levels| {
+    let judged = judged.and_then(|mut levels| {
         let margin = if estimate.gradient.frozen.is_some() {
             estimate.judge_with_kinks(&levels, decrease)
         } else {
             estimate.judge(&levels, decrease)
         };
-        margin.map(|margin| estimate.derivatives = estimate.with_bounds(system, &levels, margin))
+        margin.map(|margin| {
+            estimate.derivatives = estimate.with_bounds(system, &levels, margin);
+            estimate.corrected = levels.extrapolated.take();
+        })
     });
     estimate.withdrawn = judged.err();
     Ok(estimate)

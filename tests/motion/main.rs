@@ -14,6 +14,7 @@ mod conservation;
 mod convergence;
 mod event_truth;
 mod events;
+mod corrected;
 mod hard_steps;
 mod kinks;
 mod restart;

@@ -15,6 +15,7 @@ const UNRESOLVED: f64 = 0.3;
 fn errors_lie_within_their_estimates_and_what_is_not_resolved_has_none() {
     let (mut within, mut within_gradient, mut trusted, mut resolved) = (0, 0, 0, 0);
     let (mut unresolved, mut lulled, mut ratios) = (0, 0, Vec::new());
+    let (mut trusted_smooth, mut corrected, mut closer, mut gains) = (0, 0, [0; 2], Vec::new());
     for seed in 0..300 {
         let mut random = Random::new(seed);
         let (masses, duration) = (1 + random.below(3), random.uniform(0.8, 2.0));
@@ -37,13 +38,24 @@ fn errors_lie_within_their_estimates_and_what_is_not_resolved_has_none() {
         let best = |of: &hamiltonian_adjoint::Gradient| of.frozen.as_deref().unwrap_or(of).clone();
         let (own, exact) = (motion.numbers(&inputs, &best(&found.gradient)), motion.numbers(&fine, &best(&truth)));
         let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let error = norm(&own.iter().zip(&exact).map(|(x, y)| x - y).collect::<Vec<_>>()) / norm(&exact);
+        let apart = |x: &[f64]| norm(&x.iter().zip(&exact).map(|(x, y)| x - y).collect::<Vec<_>>()) / norm(&exact);
+        let error = apart(&own);
         let error_of_value = (found.value - truth.value).abs();
         let line = format!(
             "{seed} {:?}, {steps} steps, {}: J off by {error_of_value:.1e}, gradient by {error:.1e}; {found}",
             motion.what, motion.settings.scheme.name
         );
         let estimates = found.uncertainty.zip(found.gradient_uncertainty);
+        let is_smooth = found.gradient.frozen.is_none();
+        assert!(found.corrected.is_none() || is_smooth && found.withdrawn.is_none(), "{line}");
+        trusted_smooth += usize::from(is_smooth && found.withdrawn.is_none());
+        if let Some(other) = &found.corrected {
+            let other_error = apart(&motion.numbers(&inputs, other));
+            corrected += 1;
+            closer[0] += usize::from((other.value - truth.value).abs() < error_of_value);
+            closer[1] += usize::from(other_error < error);
+            gains.push(error / other_error);
+        }
         if error < RESOLVED {
             resolved += 1;
             if let Some((of_value, of_gradient)) = estimates {
@@ -70,7 +82,15 @@ fn errors_lie_within_their_estimates_and_what_is_not_resolved_has_none() {
         "resolved {resolved}, with estimates {trusted}: J within {within}, gradient within {within_gradient}; not resolved {unresolved}, with an estimate below 10 % {lulled}; median error/estimate {:?}",
         ratios.get(ratios.len() / 2)
     );
+    gains.sort_by(f64::total_cmp);
+    println!(
+        "smooth with estimates {trusted_smooth}, corrected {corrected}: J closer {}, gradient {}, median gain {:?}",
+        closer[0],
+        closer[1],
+        gains.get(gains.len() / 2)
+    );
     assert!(resolved > 150 && 10 * trusted > 7 * resolved);
     assert!(100 * within >= 95 * trusted && 10 * within_gradient >= 9 * trusted);
+    assert!(corrected > 150 && closer.iter().all(|closer| 10 * closer > 9 * corrected));
     assert!(unresolved > 30 && 20 * lulled <= unresolved);
 }
