@@ -195,6 +195,17 @@ pub enum Warning {
         /// The time at which its function seems to be zero, s.
         time: f64,
     },
+    /// The grid shifts the variables of a fit by more than [`GRID_SHIFT`](Warning::GRID_SHIFT) times the standard errors that follow from the noise of
+    /// the residuals ([`Fit::grid_shifts`](crate::optimize::Fit::grid_shifts)). [`Fit::standard_errors`](crate::optimize::Fit::standard_errors)
+    /// includes the shift; with shorter steps the residuals determine the variables better.
+    GridShift {
+        /// The variable that is shifted most, relative to its standard error.
+        variable: String,
+        /// Its estimated change if the steps became infinitely short.
+        shift: f64,
+        /// Its standard error by the noise of the residuals alone.
+        noise: f64,
+    },
     /// Positions violate a constraint by more than [`DRIFT`](Warning::DRIFT) times the lengths in it, because only the velocities satisfy
     /// dΦ/dt = 0 and positions follow by quadrature. The result is no longer a motion of this mechanism.
     ///
@@ -248,6 +259,8 @@ impl Warning {
     pub const BENT: f64 = 0.15;
     /// A warning is given if a derivative differs from the one at frozen grid phase by more than this fraction.
     pub const GRID_PHASE: f64 = 0.05;
+    /// A warning is given if the grid shifts a variable of a fit by more than this multiple of its standard error.
+    pub const GRID_SHIFT: f64 = 0.5;
     /// A warning is given if a coordinate turns by more than this angle in one step, rad: a quarter of a revolution.
     pub const TURN: f64 = std::f64::consts::FRAC_PI_2;
     /// A warning is given if the violation of a constraint, relative to the lengths in it, exceeds this value.
@@ -359,6 +372,10 @@ impl fmt::Display for Warning {
                 f,
                 "event `{event}` of node {node} seems to happen twice between two nodes at t = {} s, before the node; use shorter steps there",
                 seconds(*time)
+            ),
+            Warning::GridShift { variable, shift, noise } => write!(
+                f,
+                "with shorter steps the fit would find another value of `{variable}`: the estimated change is {shift:.1e}, but its standard error by the residuals is {noise:.1e}; the standard errors include this change; use shorter steps or a scheme of higher order"
             ),
             Warning::Drift { equation, violation, share, step, time } => write!(
                 f,

@@ -125,7 +125,7 @@ fn identify(folder: &Path) -> Result<(Option<Run>, String), Error> {
     let mechanisms::Identified { within, of, fit } = mechanisms::identify(REPEATS)?;
     let milliseconds = 1e3 * begin.elapsed().as_secs_f64() / REPEATS as f64;
     let words = format!(
-        " Identification: {within} of {of} parameters of {REPEATS} repetitions lie within two standard errors; the time is that of one repetition, \
+        " Identification: {within} of {of} parameters of {REPEATS} repetitions, with readings from a finer grid, lie within two standard errors; the time is that of one repetition, \
          including its scenes."
     );
     figures::residuals(&fit.outcome.constraints, &mechanisms::times_of_readings(), folder)?;

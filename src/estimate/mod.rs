@@ -6,6 +6,7 @@
 //! ([`residual`]). An estimate is withdrawn if the two disagree, if the differences do not decrease as they should, or if it is large.
 
 mod levels;
+mod outputs;
 mod residual;
 
 use std::fmt;
@@ -13,6 +14,8 @@ use std::fmt;
 use crate::adjoint::Gradient;
 use crate::error::seconds;
 use crate::{Error, Inputs, Settings, Solver, Start, System, Warning};
+
+pub(crate) use outputs::errors_of_outputs;
 
 use levels::{Levels, best, derivatives, every_second};
 use residual::Residual;

@@ -2,11 +2,12 @@
 
 mod violated;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::Problem;
 use super::outcome::{Iterate, Options, Outcome, Reason};
 use super::problem::Interval;
+use crate::motion::check_size;
 use crate::{Error, Warning};
 
 /// A problem with counts of its evaluations.
@@ -224,6 +225,16 @@ impl<'p> Counted<'p> {
             self.gradients += 1;
         }
         Ok(true)
+    }
+
+    /// The errors of the residuals that are not free, caused by a discretisation at the last evaluated point; `None` if they are not known.
+    pub(super) fn grid_errors(&mut self) -> Option<DVector<f64>> {
+        let found = self.problem.grid_errors().and_then(|errors| {
+            let count = errors.as_ref().map_or(self.c.len(), Vec::len);
+            check_size("the grid errors of constraints", self.c.len(), count).map(|()| errors)
+        });
+        let errors = self.noting(found).ok().flatten()?;
+        Some(DVector::from_iterator(self.asked().count(), self.asked().map(|j| errors[j])))
     }
 
     /// The constraints that are not free.

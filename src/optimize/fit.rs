@@ -2,10 +2,11 @@
 
 use std::fmt;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use super::Outcome;
 use super::norm::norm;
+use crate::Warning;
 
 /// Singular values below this fraction of the largest are zero. A variable is undetermined if its squared component along them exceeds `UNSEEN`.
 const SINGULAR: f64 = 1e-13;
@@ -18,6 +19,10 @@ pub struct Fit {
     pub outcome: Outcome,
     /// The Jacobian ∂r/∂x at the solution, for the residuals that are not free.
     pub jacobian: DMatrix<f64>,
+    /// Estimated errors of these residuals that the grid causes: residuals of the continuous motion minus r, from the motion with halved steps. `None`
+    /// if they are not known ([`Problem::grid_errors`](super::Problem::grid_errors)): for composed grids, for [`MultipleShooting`](super::MultipleShooting), if
+    /// there is no motion with halved steps, or if there are not more residuals than variables.
+    pub grid_errors: Option<DVector<f64>>,
 }
 
 /// The outcome, χ² with its degrees of freedom, and the root mean square of the residuals.
@@ -57,8 +62,8 @@ impl Fit {
         norm(&residuals) / (residuals.len() as f64).sqrt()
     }
 
-    /// Covariance of the variables, s² (AᵀA)⁻¹ with s² = ‖r‖²/(residuals − variables), if the residuals are noise of one variance.
-    /// Variables at bounds count as free.
+    /// Covariance of the variables, s² (AᵀA)⁻¹ + δ δᵀ with s² = ‖r‖²/(residuals − variables), if the residuals are noise of one variance and the grid
+    /// shifts the variables by δ ([`grid_shifts`](Self::grid_shifts); 0 if they are not known). Variables at bounds count as free.
     ///
     /// `None` if there are not more residuals than variables, or if the residuals do not determine all variables
     /// ([`undetermined`](Self::undetermined)).
@@ -66,18 +71,45 @@ impl Fit {
         self.root().map(|root| root.tr_mul(&root))
     }
 
+    /// Estimated changes of the variables if the steps became infinitely short: −(AᵀA)⁻¹Aᵀe, a Gauss–Newton step with the
+    /// [`grid_errors`](Self::grid_errors) e. The variables plus these changes are those of the continuous motion, with an error of higher order.
+    ///
+    /// `None` if the errors of the grid are not known, or if the residuals do not determine all variables.
+    pub fn grid_shifts(&self) -> Option<Vec<f64>> {
+        let errors = self.grid_errors.as_ref()?;
+        let (svd, lengths) = self.determined()?;
+        let step = svd.solve(errors, 0.0).ok()?;
+        Some(step.iter().zip(&lengths).map(|(step, length)| -step / length).collect())
+    }
+
     /// A matrix R with the covariance RᵀR; the lengths of its columns are the standard errors.
     fn root(&self) -> Option<DMatrix<f64>> {
+        let root = self.root_of_noise()?;
+        Some(match self.grid_shifts() {
+            Some(shifts) => DMatrix::from_fn(root.nrows() + 1, root.ncols(), |i, j| *root.get((i, j)).unwrap_or(&shifts[j])),
+            None => root,
+        })
+    }
+
+    /// The part of this matrix that comes from the noise of the residuals.
+    fn root_of_noise(&self) -> Option<DMatrix<f64>> {
         let freedom = Some(self.degrees_of_freedom()).filter(|freedom| *freedom > 0)?;
         if self.jacobian.ncols() == 0 {
             return Some(DMatrix::zeros(0, 0));
         }
-        let (values, v, lengths) = self.directions();
-        if values.iter().any(|s| *s <= SINGULAR * values.amax()) {
-            return None;
-        }
-        let deviation = (self.chi_squared() / freedom as f64).sqrt();
+        let (SVD { singular_values: values, v_t, .. }, lengths) = self.determined()?;
+        let (v, deviation) = (v_t?, (self.chi_squared() / freedom as f64).sqrt());
         Some(DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| deviation / lengths[j] * (v[(i, j)] / values[i])))
+    }
+
+    /// A warning if the grid shifts variables by more than a share of the standard errors that follow from noise: the one it shifts most.
+    pub(super) fn warning(&self, name: impl Fn(usize) -> String) -> Option<Warning> {
+        let (shifts, noise) = (self.grid_shifts()?, lengths(&self.root_of_noise()?));
+        let all = shifts.into_iter().zip(noise).enumerate();
+        let (i, (shift, noise)) = all
+            .filter(|(_, (shift, noise))| shift.abs() > Warning::GRID_SHIFT * noise)
+            .max_by(|(_, (a, of_a)), (_, (b, of_b))| (a / of_a).abs().total_cmp(&(b / of_b).abs()))?;
+        Some(Warning::GridShift { variable: name(i), shift, noise })
     }
 
     /// The variables that the residuals do not determine: those without effect, and those whose effects are linearly dependent.
@@ -88,23 +120,37 @@ impl Fit {
         if m == 0 || n == 0 {
             return (0..n).collect();
         }
-        let (values, v, _) = self.directions();
+        let (SVD { singular_values: values, v_t, .. }, _) = self.directions();
+        let v = v_t.unwrap_or_default();
         let is_seen = |k: usize| values[k] > SINGULAR * values.amax();
         let seen = |i: usize| (0..values.len()).filter(|&k| is_seen(k)).map(|k| v[(k, i)].powi(2)).sum::<f64>();
         (0..n).filter(|&i| 1.0 - seen(i) > UNSEEN).collect()
     }
 
-    /// Singular values and Vᵀ of the Jacobian with columns of length 1, and their original lengths. AᵀA would square the condition number.
-    fn directions(&self) -> (DVector<f64>, DMatrix<f64>, Vec<f64>) {
-        let lengths: Vec<f64> = self.jacobian.column_iter().map(|column| norm(column.as_slice())).collect();
+    /// The Jacobian with columns of length 1, decomposed, and their original lengths. AᵀA would square the condition number.
+    fn directions(&self) -> (SVD<f64, Dyn, Dyn>, Vec<f64>) {
+        let lengths = lengths(&self.jacobian);
         let mut jacobian = self.jacobian.clone();
         jacobian.column_iter_mut().zip(&lengths).for_each(|(mut column, length)| column /= length.max(f64::MIN_POSITIVE));
-        let svd = jacobian.svd(false, true);
-        (svd.singular_values, svd.v_t.unwrap_or_default(), lengths)
+        (jacobian.svd(true, true), lengths)
     }
 
-    /// Standard errors of the variables: square roots of the diagonal of the covariance.
-    pub fn standard_errors(&self) -> Option<Vec<f64>> {
-        self.root().map(|root| root.column_iter().map(|column| norm(column.as_slice())).collect())
+    /// As [`directions`](Self::directions); `None` if the residuals do not determine all variables, or if there are none.
+    fn determined(&self) -> Option<(SVD<f64, Dyn, Dyn>, Vec<f64>)> {
+        let (m, n) = self.jacobian.shape();
+        let found = (0 < n && n <= m).then(|| self.directions())?;
+        let values = &found.0.singular_values;
+        values.iter().all(|s| *s > SINGULAR * values.amax()).then_some(found)
     }
+
+    /// Standard errors of the variables: square roots of the diagonal of the covariance. They include the shift that the grid causes, and
+    /// [`Warning::GridShift`] says where it matters.
+    pub fn standard_errors(&self) -> Option<Vec<f64>> {
+        self.root().map(|root| lengths(&root))
+    }
+}
+
+/// The lengths of the columns.
+fn lengths(of: &DMatrix<f64>) -> Vec<f64> {
+    of.column_iter().map(|column| norm(column.as_slice())).collect()
 }

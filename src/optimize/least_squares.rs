@@ -23,6 +23,9 @@ const SEEN: f64 = 100.0;
 /// [`Options::stationarity`] applies to derivatives relative to the largest norms of the columns ∂r/∂x_i so far, so that the units of the
 /// variables do not matter.
 ///
+/// If there are more residuals than variables, the errors that the grid causes are estimated at the end
+/// ([`Problem::grid_errors`]), for motions by one simulation with twice as many steps; [`Fit::standard_errors`] includes them.
+///
 /// # Errors
 /// Invalid sizes, bounds or options, or a problem without residuals.
 pub fn levenberg_marquardt(
@@ -37,15 +40,21 @@ pub fn levenberg_marquardt(
         let must_be = "at least 1 (residuals are constraints; use `lbfgs` or `interior_point` to minimise f)";
         return Err(Error::Parameter { what: "the number of residuals".into(), value: 0.0, must_be });
     }
-    let mut jacobian = DMatrix::zeros(rows, start.len());
+    let (mut jacobian, mut grid_errors) = (DMatrix::zeros(rows, start.len()), None);
     let outcome = solve(problem, start, options, |problem, x| {
         let Descended { at, history, reason } = descend(problem, x, options, watch, ROUNDING)?;
         let (value, mut multipliers) = (half_square(&at.r), vec![0.0; problem.c.len()]);
         problem.asked().zip(&at.r).for_each(|(j, r)| multipliers[j] = *r);
         jacobian = at.jacobian;
+        // Without standard errors, the errors of the grid are not needed.
+        if rows > start.len() && !problem.is_stopped() {
+            grid_errors = problem.grid_errors();
+        }
         Ok(Found { x: at.x, value, multipliers, history, reason })
     })?;
-    Ok(Fit { outcome, jacobian })
+    let mut fit = Fit { outcome, jacobian, grid_errors };
+    fit.outcome.warnings.extend(fit.warning(|i| problem.variable_name(i)));
+    Ok(fit)
 }
 
 /// The end of a minimisation of ½‖r‖², its history, and the reason.

@@ -6,6 +6,7 @@ use super::held;
 use super::problem::{Interval, Problem, set_row};
 use super::sizes::Sizes;
 use super::variables::Variables;
+use crate::estimate::errors_of_outputs;
 use crate::{Error, Inputs, Output, Settings, Solver, System, Warning};
 
 /// The problem of minimising J of a motion subject to constraints on its outputs. Outputs must be zero unless
@@ -244,6 +245,11 @@ impl Problem for MotionProblem<'_> {
         self.variables.push_forward(&self.tried.x, direction, &mut self.direction);
         change.copy_from_slice(self.solver.push_forward(&self.direction)?.as_slice());
         Ok(())
+    }
+
+    fn grid_errors(&self) -> Result<Option<Vec<f64>>, Error> {
+        let Self { solver, tried, .. } = self;
+        errors_of_outputs(solver.system(), &tried.inputs, solver.settings(), solver.outputs()?.as_slice())
     }
 
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {

@@ -212,6 +212,15 @@ pub trait Problem {
         self.gradient(0.0, &change, product)
     }
 
+    /// Estimated errors of c(x) at the last evaluated x that a discretisation causes: c of the continuous problem minus c.
+    /// [`levenberg_marquardt`](super::levenberg_marquardt) includes them in standard errors. Default: `None`, not known.
+    ///
+    /// # Errors
+    /// As [`evaluate`](Self::evaluate).
+    fn grid_errors(&self) -> Result<Option<Vec<f64>>, Error> {
+        Ok(None)
+    }
+
     /// The Hessian of the function whose gradient was computed last, at the same x, times a direction. Only
     /// [`interior_point`](super::interior_point()) uses it.
     ///

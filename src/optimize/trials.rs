@@ -153,6 +153,11 @@ impl Problem for Trials<'_> {
         Ok(())
     }
 
+    fn grid_errors(&self) -> Result<Option<Vec<f64>>, Error> {
+        let all: Vec<_> = self.motions.iter().map(Problem::grid_errors).collect::<Result<_, Error>>()?;
+        Ok(all.into_iter().collect::<Option<Vec<_>>>().map(|all| all.concat()))
+    }
+
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
         self.sizes().product(direction, product)?;
         let mut part = vec![0.0; product.len()];

@@ -378,6 +378,10 @@ impl<'s> Solver<'s> {
         self.forward.motion.is_like(&other.forward.motion)
     }
 
+    pub(crate) fn settings(&self) -> Settings {
+        self.settings
+    }
+
     pub(crate) fn refinement(&self) -> Refinement {
         self.forward.motion.refinement()
     }

@@ -6,6 +6,7 @@ mod ends;
 mod events;
 mod extremes;
 mod flat;
+mod identified;
 mod interrupted;
 mod overdetermined;
 mod refused;

@@ -69,6 +69,8 @@ const RECORDS: usize = 5;
 const READINGS: usize = 40;
 const EVERY: usize = 5;
 const NOISE: f64 = 2e-3;
+/// The readings come from a grid with so many times as many steps.
+const FINER: usize = 10;
 /// s.
 const STEP: f64 = 0.01;
 /// Mass of the slider in kg, its friction in N s/m, its spring in N/m.
@@ -103,11 +105,12 @@ pub fn times_of_readings() -> Vec<f64> {
     (1..=READINGS).map(|k| STEP * (EVERY * k) as f64).collect()
 }
 
-/// The torque, different in each record.
-fn driven(system: &System, record: usize) -> Inputs {
-    let mut inputs = Inputs::at_rest(system, Grid::uniform(EVERY * READINGS, STEP));
+/// The torque, different in each record, on a grid with so many times as many steps.
+fn driven(system: &System, record: usize, finer: usize) -> Inputs {
+    let step = STEP / finer as f64;
+    let mut inputs = Inputs::at_rest(system, Grid::uniform(finer * EVERY * READINGS, step));
     let (strength, pace) = (0.25 + 0.1 * record as f64, 3.0 + 1.7 * record as f64);
-    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = strength * (STEP * pace * i as f64 + record as f64).sin());
+    inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = strength * (step * pace * i as f64 + record as f64).sin());
     inputs
 }
 
@@ -124,10 +127,10 @@ pub fn identify(repeats: usize) -> Result<Identified, MotionError> {
     let mut solver = Solver::new(&exact, SolverSettings::default());
     let mut truth = Vec::new();
     for record in 0..RECORDS {
-        let mut inputs = driven(&exact, record);
+        let mut inputs = driven(&exact, record, FINER);
         inputs.design.copy_from_slice(&TRUTH);
         let motion = solver.simulate(&inputs)?;
-        truth.push((1..=READINGS).map(|k| motion.q[(angle, EVERY * k)]).collect::<Vec<f64>>());
+        truth.push((1..=READINGS).map(|k| motion.q[(angle, FINER * EVERY * k)]).collect::<Vec<f64>>());
     }
     let mut random = Random::new(1);
     // Nearly normal distribution: the sum of 12 numbers between −½ and ½.
@@ -139,7 +142,7 @@ pub fn identify(repeats: usize) -> Result<Identified, MotionError> {
         let noisy = truth.iter().map(|record| record.iter().map(|x| x + NOISE * normal()).collect::<Vec<f64>>());
         let systems = noisy.map(|record| slider_crank(&record)).collect::<Result<Vec<_>, MotionError>>()?;
         let motions = systems.iter().enumerate().map(|(record, (system, parameters, _))| {
-            let inputs = driven(system, record);
+            let inputs = driven(system, record, 1);
             let free = parameters.iter().map(|design| Free::design(*design).logarithmic().within(1e-3, 1e3)).collect();
             let variables = Variables::new(system, &inputs, free)?;
             MotionProblem::new(system, SolverSettings::default(), inputs, variables)

@@ -1,0 +1,35 @@
+//! The errors of outputs that the grid causes, by the difference to the motion whose steps are all halved.
+//!
+//! An output may be read at a single node, so every second node has no motion with the same outputs. The halved grid keeps the given nodes. With the
+//! order p of the scheme, a motion with halved steps has lost 1 − 2⁻ᵖ of the error.
+
+use crate::motion::Refinement;
+use crate::{Error, Inputs, Settings, System, simulate};
+
+/// Outputs of the continuous motion minus these outputs, estimated. Controls are linear between the given nodes. `None` for composed grids, and if
+/// halved steps have to be halved again.
+///
+/// # Errors
+/// No motion with halved steps.
+pub(crate) fn errors_of_outputs(
+    system: &System,
+    inputs: &Inputs,
+    settings: Settings,
+    outputs: &[f64],
+) -> Result<Option<Vec<f64>>, Error> {
+    if inputs.grid.stages > 1 {
+        return Ok(None);
+    }
+    let halves: Vec<f64> = inputs.grid.steps.iter().flat_map(|step| [0.5 * step; 2]).collect();
+    let inserted: Vec<usize> = (1..halves.len()).step_by(2).collect();
+    let halved = Refinement::new(&halves, inputs.grid.around[0], &inserted).refine(inputs);
+    let mut motion = simulate(system, &halved, settings)?;
+    if !motion.inserted.is_empty() {
+        return Ok(None);
+    }
+    // Costs are then read at the given nodes.
+    motion.inserted = inserted;
+    let known = motion.outputs(system, &halved)?;
+    let lost = 1.0 - 0.5f64.powi(settings.scheme.order as i32);
+    Ok(Some(known.iter().zip(outputs).map(|(halved, given)| (halved - given) / lost).collect()))
+}
