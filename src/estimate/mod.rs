@@ -48,12 +48,13 @@ pub struct Estimate {
     /// trusted.
     pub derivatives: Vec<Derivative>,
     /// J and its gradient with their estimated errors added: J + (J − J₂)/(2ᵖ − 1), and dJ likewise, with J₂ on every second node. This is Richardson's
-    /// extrapolation to the continuous motion, of order 4 for the trapezoidal rule and p + 1 for other schemes. Derivatives by controls and step
-    /// lengths have this order along changes that every second node can represent. `None` if the estimate is withdrawn, or if kinks lie between nodes.
+    /// extrapolation to the continuous motion, of order 4 for the trapezoidal rule and p + 1 for other schemes, if the number of steps is even.
+    /// Derivatives by controls and step lengths have this order along changes that every second node can represent. `None` if the estimate is
+    /// withdrawn, or if kinks lie between nodes.
     /// The values are those of no single motion: optimisers need [`gradient`](Self::gradient).
     pub corrected: Option<Gradient>,
-    /// The error J of the continuous motion − J by the residuals of the steps; J + this error has order 4, too, if controls are smooth. `None` for other schemes than the trapezoidal rule, and for motions with
-    /// restarts or halved steps.
+    /// The error J of the continuous motion − J by the residuals of the steps. J plus this error has order 4, too, if controls are smooth. `None` for
+    /// other schemes than the trapezoidal rule, and for motions with restarts or halved steps.
     pub residual: Option<f64>,
     /// The shortest interval of time, s, with more than half of the residuals, and its share of them.
     pub largest: Option<(f64, f64, f64)>,
