@@ -153,7 +153,7 @@ impl<'a> PaperSystem<'a> {
         if let Some(&node) = trajectory.restarted.first() {
             return Err(Error::Restarted { node, time: trajectory.times[node] });
         }
-        Ok(PaperSystem { system, inputs, trajectory, refinement: trajectory.refinement(&inputs)? })
+        Ok(PaperSystem { system, inputs, trajectory, refinement: trajectory.refinement(inputs)? })
     }
 
     /// y_i = (v, ṗ*, q, p*, σ)_i.

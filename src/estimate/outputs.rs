@@ -4,7 +4,7 @@
 //! order p of the scheme, a motion with halved steps has lost 1 − 2⁻ᵖ of the error.
 
 use crate::motion::Refinement;
-use crate::{Error, Inputs, Settings, System, simulate};
+use crate::{Error, Inputs, Settings, Solver, System};
 
 /// Outputs of the continuous motion minus these outputs, estimated. Controls are linear between the given nodes. `None` for composed grids, and if
 /// halved steps have to be halved again.
@@ -22,14 +22,17 @@ pub(crate) fn errors_of_outputs(
     }
     let halves: Vec<f64> = inputs.grid.steps.iter().flat_map(|step| [0.5 * step; 2]).collect();
     let inserted: Vec<usize> = (1..halves.len()).step_by(2).collect();
-    let halved = Refinement::new(&halves, inputs.grid.around[0], &inserted).refine(inputs);
-    let mut motion = simulate(system, &halved, settings)?;
+    let mut halved = Refinement::new((&halves, &[]), inputs.grid.around[0], &inserted).refine(inputs);
+    halved.events.iter_mut().for_each(|event| event.node *= 2);
+    let mut solver = Solver::new(system, settings);
+    let mut motion = solver.simulate(&halved)?.clone();
     if !motion.inserted.is_empty() {
         return Ok(None);
     }
     // Costs are then read at the given nodes.
     motion.inserted = inserted;
-    let known = motion.outputs(system, &halved)?;
+    let taken = Inputs { events: inputs.events.clone(), ..solver.inputs().clone() };
+    let known = motion.outputs(system, &taken)?;
     let lost = 1.0 - 0.5f64.powi(settings.scheme.order as i32);
     Ok(Some(known.iter().zip(outputs).map(|(halved, given)| (halved - given) / lost).collect()))
 }

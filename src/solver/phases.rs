@@ -95,8 +95,8 @@ impl Solver<'_> {
             let [before, after]: [f64; 2] = [node - 1, node].map(|node| value(event, node));
             let [from, to] = [node - 1, node].map(|node| motion.time(node));
             let share = before / (before - after);
-            (before * after < 0.0 || before != 0.0 && after == 0.0)
-                .then(|| Crossing { event, time: from + share * (to - from) - start })
+            let crosses = before * after < 0.0 || before != 0.0 && after == 0.0;
+            crosses.then_some(Crossing { event, time: from + share * (to - from) - start })
         };
         let events = 0..self.system.events();
         events.flat_map(|event| (1..motion.nodes()).filter_map(move |node| between(event, node))).collect()

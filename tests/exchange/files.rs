@@ -3,9 +3,10 @@ use crate::common::assert_says;
 use hamiltonian_adjoint::planar::{Body, Revolute};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
-    Composition, Error, Grid, Inputs, Scene, Scheme, Settings, Solver, Start, Sum, System, Table, Trajectory, gradient,
+    Composition, Cost, CostPoint, Error, Grid, Inputs, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System, Table,
+    Trajectory, gradient,
 };
-use nalgebra::DVector;
+use nalgebra::{DVector, SVector};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -245,4 +246,28 @@ proptest! {
             }
         }
     }
+}
+
+/// The coordinate.
+struct Place;
+
+impl Cost<1, 0, 0, 0> for Place {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[0]
+    }
+}
+
+#[test]
+fn files_keep_events() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let ball = scene.particle("ball", 1.0, [0.0, 1.0]);
+    let landing = scene.event("landing", Place, [ball.coordinates[1]], [], [], []);
+    let system = scene.compile()?;
+    let mut given = Inputs::at_rest(&system, Grid::uniform(20, 0.04));
+    given.events = vec![landing.at(11), landing.at(13)];
+    let json = given.to_json(&system)?;
+    assert_eq!(Inputs::from_json(&system, &json)?, given);
+    let wrong = json.replace("landing", "take-off");
+    assert_says(&Inputs::from_json(&system, &wrong).expect_err("no such event"), &["`events`", "take-off"]);
+    Ok(())
 }
