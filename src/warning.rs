@@ -131,17 +131,17 @@ pub enum Warning {
     /// varies faster than the steps, or a kink. The gradient is exact for the discrete motion, but may differ much from that of the
     /// continuous motion. Only the adjoint sweep gives this warning.
     ///
-    /// The missing effects are summed with their signs over the steps of one event (a run of steps whose velocities differ from their
+    /// The missing effects are summed with their signs over the steps of a run (steps whose velocities differ from their
     /// extrapolation) and divided by the change of the cost when the motion is shifted in time. The root of the sum of the squares of these
-    /// shares is then taken over all events and elements. The warning is given if the result is at least [`BENT`](Warning::BENT).
+    /// shares is then taken over all runs and elements. The warning is given if the result is at least [`BENT`](Warning::BENT).
     UnresolvedElement {
-        /// The element with the largest missing effect in one event.
+        /// The element with the largest missing effect in one run.
         element: String,
-        /// The step of this event with the largest missing effect, counted from 1.
+        /// The step of this run with the largest missing effect, counted from 1.
         step: usize,
         /// Time at the end of this step, s.
         time: f64,
-        /// The missing share of the effect on the cost, over all events and elements.
+        /// The missing share of the effect on the cost, over all runs and elements.
         share: f64,
     },
     /// A contact begins or ends, or friction reverses, between two nodes, and the gradient depends on where between them this happens: the kink has

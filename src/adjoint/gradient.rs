@@ -80,13 +80,13 @@ impl Gradient {
     /// Returns an error if a sum over the nodes has overflowed; `first` is the number of the first node.
     pub(crate) fn check_finite(&self, system: &System, first: usize) -> Result<(), Error> {
         let Gradient { value, controls, design, start, steps, .. } = self;
-        let rate = if matches!(start, Start::Momentum { .. }) { "dJ/dp*₀" } else { "dJ/dv₀" };
+        let rate = format!("dJ/d{}", start.rate_symbol());
         let parts: [(&str, &[f64]); 6] = [
             ("J", std::slice::from_ref(value)),
             ("dJ/du", controls.as_slice()),
             ("dJ/db", design.as_slice()),
             ("dJ/dq₀", start.q().as_slice()),
-            (rate, start.rate().as_slice()),
+            (&rate, start.rate().as_slice()),
             ("dJ/dΔt", steps),
         ];
         let bad = parts.into_iter().find_map(|(name, values)| {

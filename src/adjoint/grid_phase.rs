@@ -267,7 +267,8 @@ impl GridPhase {
         frozen.cost_rows(system, motion, self.nodes[around[0]])?;
         frozen.costs_known = Some(self.nodes[around[0]]);
         let [of_sum, own] = [&*frozen, of_kink].map(|sweep| self.by_time(motion, sweep, around));
-        let rate = crossing.change / (self.times[given] - self.times[given - 1]);
+        // On a composed grid the node examined before is the end of the macro step before.
+        let rate = crossing.change / (self.times[given] - self.times[given - motion.inputs.grid.stages]);
         if own.abs() > GRAZED * rate.abs() {
             let effect = frozen.add_multiple(-of_sum / own, of_kink);
             if effect > self.worst.0 {

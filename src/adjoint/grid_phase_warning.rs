@@ -43,7 +43,7 @@ fn pairs(system: &System, motion: &Motion, plain: &Gradient, frozen: &Gradient) 
         let derivatives = [plain, frozen].map(|gradient| gradient.design[p]);
         Pair::of_one(format!("dJ/db of `{}`", system.design_name(p)), derivatives, inputs.design[p])
     });
-    let rate = if matches!(plain.start, crate::Start::Momentum { .. }) { "dJ/dp*₀" } else { "dJ/dv₀" };
+    let rate = format!("dJ/d{}", plain.start.rate_symbol());
     let start = (0..system.n()).flat_map(|i| {
         let name = system.coordinate_name(i);
         let q = [plain, frozen].map(|gradient| gradient.start.q()[i]);

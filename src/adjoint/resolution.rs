@@ -10,8 +10,8 @@
 //!
 //! An advance of the motion by τ changes the cost by τ S, and the gradient has the error τ ε of it: of third order in the step for smooth elements,
 //! equal to the jump for a force that jumps within the step. The ε of steps over a narrow peak that several nodes sample cancel, as do those of the
-//! stages of a composed step. They are therefore summed over the steps of one event; the root of the sum of squares of |Σ ε|/S over all events and
-//! elements causes a warning above [`Warning::BENT`]. On composed grids a macro step is one event, and every step is checked.
+//! stages of a composed step. They are therefore summed over the steps of one run; the root of the sum of squares of |Σ ε|/S over all runs and
+//! elements causes a warning above [`Warning::BENT`]. On composed grids a macro step is one run, and every step is checked.
 //!
 //! On other grids a step is checked only if the velocities at its end were badly predicted, so that the check of a resolved motion costs nothing.
 //! Forces that no node samples are not detected: a well or a pulse between two nodes.
@@ -27,7 +27,7 @@ use crate::{System, Warning};
 const BENT: f64 = 0.2;
 /// The error of a single step counts on its own, even if others compensate it, above this fraction of the change: a pulse sampled by one node.
 const MISSED: f64 = 0.8;
-/// Number of well-predicted steps that end an event.
+/// Number of well-predicted steps that end a run.
 const QUIET: usize = 3;
 
 /// Errors of elements within steps.
@@ -38,11 +38,11 @@ pub(crate) struct Resolution {
     c: Vec<f64>,
     d: Vec<f64>,
     e: Vec<f64>,
-    /// The current event, by element.
+    /// The current run, by element.
     bends: Vec<Bend>,
-    /// The largest S in the event.
+    /// The largest S in the run.
     most: f64,
-    /// Number of well-predicted steps since the last badly predicted one; `None` if no event has begun.
+    /// Number of well-predicted steps since the last badly predicted one; `None` if no run has begun.
     quiet: Option<usize>,
     /// Σ (Σ ε/S)².
     total: f64,
@@ -52,7 +52,7 @@ pub(crate) struct Resolution {
     at: Place,
 }
 
-/// The errors of an element in an event.
+/// The errors of an element in a run.
 #[derive(Clone, Copy, Default)]
 struct Bend {
     missed: f64,
@@ -93,11 +93,11 @@ impl Resolution {
     }
 
     pub(crate) fn begin(&mut self) {
-        self.end_event();
+        self.end_run();
         (self.total, self.worst) = (0.0, 0.0);
     }
 
-    fn end_event(&mut self) {
+    fn end_run(&mut self) {
         for bend in &mut self.bends {
             let Bend { missed, alone, bends, element, at, .. } = std::mem::take(bend);
             let missed = missed.abs().max(alone);
@@ -112,7 +112,7 @@ impl Resolution {
 
     /// Warns of unresolved elements if the errors are large enough.
     pub(crate) fn tell(&mut self, system: &System, report: &mut Report) {
-        self.end_event();
+        self.end_run();
         let share = self.total.sqrt();
         if share > Warning::BENT {
             let element = system.formulas().elements[self.element].name.as_str().into();
@@ -143,19 +143,19 @@ impl AdjointSweep {
         end: Option<&StepEnd>,
         node: usize,
     ) {
-        let (event, grid) = (&mut self.resolution, &motion.inputs.grid);
+        let (run, grid) = (&mut self.resolution, &motion.inputs.grid);
         if grid.stages > 1 {
             // The stages of a macro step compensate each other's errors.
             if self.refinement.given_node(node).is_some_and(|given| grid.macro_steps(given).is_some()) {
-                event.end_event();
+                run.end_run();
             }
-            event.quiet = Some(0);
+            run.quiet = Some(0);
         } else if motion.is_surprising(node) {
-            event.quiet = Some(0);
-        } else if let Some(quiet) = &mut event.quiet {
+            run.quiet = Some(0);
+        } else if let Some(quiet) = &mut run.quiet {
             *quiet += 1;
             if *quiet > QUIET {
-                event.end_event();
+                run.end_run();
             }
         }
         if self.resolution.quiet.is_some() {

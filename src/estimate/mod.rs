@@ -13,7 +13,7 @@ use std::fmt;
 
 use crate::adjoint::Gradient;
 use crate::error::seconds;
-use crate::{Error, Inputs, Settings, Solver, Start, System, Warning};
+use crate::{Error, Inputs, Settings, Solver, System, Warning};
 
 pub(crate) use outputs::errors_of_outputs;
 
@@ -216,7 +216,7 @@ impl Estimate {
 
     /// The single derivatives with the bounds of their errors.
     fn with_bounds(&self, system: &System, levels: &Levels, margin: f64) -> Vec<Derivative> {
-        let rate = if matches!(self.gradient.start, Start::Momentum { .. }) { "p*₀" } else { "v₀" };
+        let rate = self.gradient.start.rate_symbol();
         let of_coordinates =
             |of: &str| (0..system.n()).map(|i| format!("{of} of `{}`", system.coordinate_name(i))).collect();
         let designs = (0..system.designs()).map(|p| format!("`{}`", system.design_name(p))).collect();

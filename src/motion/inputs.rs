@@ -110,6 +110,14 @@ impl<R: Real> Start<R> {
         }
     }
 
+    /// The symbol of the velocities v₀ or the momenta p*₀, whichever the start contains.
+    pub(crate) fn rate_symbol(&self) -> &'static str {
+        match self {
+            Start::Velocity { .. } | Start::Assembled { .. } => "v₀",
+            Start::Momentum { .. } => "p*₀",
+        }
+    }
+
     fn kind(&self) -> &'static str {
         match self {
             Start::Velocity { .. } => "velocities",
