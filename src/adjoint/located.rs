@@ -16,7 +16,7 @@ use num_dual::Dual64;
 use crate::adjoint::Gradient;
 use crate::motion::{Motion, Phases};
 use crate::number::{Real, dot};
-use crate::{Error, Inputs, System};
+use crate::{Error, Inputs, System, Warning};
 
 /// The events of a motion with the derivatives of their functions.
 pub(crate) struct Located {
@@ -28,20 +28,33 @@ pub(crate) struct Located {
     rows: Vec<Gradient>,
     /// dg_j/dτ_k in row k and column j.
     by_time: nalgebra::DMatrix<f64>,
+    /// A kink that no event locates.
+    unlocated: Option<Warning>,
     /// D of the Lagrangian that was differentiated last.
     lagrangian: Option<Vec<f64>>,
 }
 
 impl Located {
-    /// From the derivatives of the functions of all events of a motion.
-    pub(crate) fn new(system: &System, motion: &Motion, rows: Vec<Gradient>) -> Result<Self, Error> {
+    /// From the derivatives of the functions of all events of a motion, and a kink that none of them locates.
+    pub(crate) fn new(
+        system: &System,
+        motion: &Motion,
+        (rows, unlocated): (Vec<Gradient>, Option<Warning>),
+    ) -> Result<Self, Error> {
         let (phases, refinement) = (Phases::new(&motion.inputs), motion.refinement());
         let mut steps = vec![0.0; motion.nodes() - 1 - motion.trajectory.inserted.len()];
         (1..motion.nodes()).for_each(|node| steps[refinement.given_step(node) - 1] += motion.length(node));
         let factors = motion.scales.factors.clone();
         let count = rows.len();
-        let mut located =
-            Located { phases, steps, factors, rows, by_time: nalgebra::DMatrix::zeros(count, count), lagrangian: None };
+        let mut located = Located {
+            phases,
+            steps,
+            factors,
+            rows,
+            by_time: nalgebra::DMatrix::zeros(count, count),
+            lagrangian: None,
+            unlocated,
+        };
         for j in 0..count {
             let column = located.by_times(&located.steps, &located.rows[j].steps);
             located.by_time.column_mut(j).copy_from_slice(&column);
@@ -97,6 +110,7 @@ impl Located {
 
     /// From the derivatives of J to those of L; returns the μ.
     fn add_events(&self, gradient: &mut Gradient) -> Vec<f64> {
+        gradient.warnings.extend(self.unlocated.clone());
         let mu = self.multipliers(&self.by_times(&self.steps, &gradient.steps));
         mu.iter().zip(&self.rows).for_each(|(mu, row)| gradient.add_multiple(*mu, row));
         mu

@@ -249,6 +249,11 @@ impl fmt::Display for Error {
                 f,
                 "event `{event}` depends on accelerations, reactions or rates of controls; its function may read q, v, σ, u, the time and parameters"
             ),
+            Error::NoSuchEvent { term, event, events } => write!(
+                f,
+                "`{term}` reads event {event}, counted from 0 (`Sum::Event`), but the inputs have {events}; name the event and its node in `Inputs::events`, \
+                 for example by `Solver::find_phases`"
+            ),
             Error::EventsInPart => write!(
                 f,
                 "the inputs are a part of a longer motion (`Grid::part`), and have events; events are located in whole motions only, so simulate the part \

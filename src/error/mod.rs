@@ -375,6 +375,15 @@ pub enum Error {
         /// The event.
         event: String,
     },
+    /// A cost or an output reads an event ([`Sum::Event`](crate::Sum::Event)) that the inputs do not have.
+    NoSuchEvent {
+        /// The cost, or the term of an output.
+        term: String,
+        /// The event, counted from 0.
+        event: usize,
+        /// The number of events of the inputs.
+        events: usize,
+    },
     /// The inputs of a part of a motion have events.
     EventsInPart,
     /// Even the shortest step has an estimated error above the tolerance.

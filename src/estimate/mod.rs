@@ -233,7 +233,10 @@ impl Estimate {
         if far < least * near && near > ROUNDING {
             return Err(Withdrawn::Unresolved { ratio: far / near, least });
         }
-        let error = MARGIN_OF_GRADIENT * near / (decrease - 1.0);
+        // A motion that is less smooth than the scheme assumes has errors that fall more slowly.
+        let observed = |ratio: f64| if ratio.is_finite() { ratio.clamp(least, decrease) } else { decrease };
+        let margin = MARGIN_OF_GRADIENT / (observed(far / near) - 1.0);
+        let error = margin * near;
         if error >= LARGE {
             return Err(Withdrawn::Large { error });
         }
@@ -250,9 +253,10 @@ impl Estimate {
             }
             _ => {}
         }
-        self.uncertainty = Some(MARGIN * difference.abs().max(self.residual.map_or(0.0, f64::abs)));
+        let slower = near.abs() / (observed((far / near).abs()) - 1.0);
+        self.uncertainty = Some(MARGIN * self.residual.map_or(slower, |residual| residual.abs().max(difference.abs())));
         self.gradient_uncertainty = Some(error);
-        Ok(MARGIN_OF_GRADIENT / (decrease - 1.0))
+        Ok(margin)
     }
 }
 
@@ -292,7 +296,7 @@ impl fmt::Display for Withdrawn {
         match self {
             Withdrawn::NoCoarserGrid => write!(
                 f,
-                "a motion on every second node cannot be compared, because a cost is read at a single node or summed over nodes without their steps, or the grid is composed or has fewer than eight steps"
+                "a motion on every second node cannot be compared, because a cost is read at a single node or summed over nodes without their steps, the grid is composed or has fewer than eight steps, or the number of the node of an event is not a multiple of four"
             ),
             Withdrawn::Warned(warning) => write!(f, "{warning}"),
             Withdrawn::NoCoarserMotion(error) => write!(f, "on every second or fourth node there is no motion ({error})"),

@@ -319,24 +319,37 @@ fn check(system: &System, inputs: &Inputs, tolerance: f64) -> Result<(), Error> 
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(Error::Parameter { what: "the tolerance".into(), value: tolerance, must_be: "a positive number" });
     }
+    check_new_grid(system, inputs)
+}
+
+/// Checks that these inputs can be transferred to another grid.
+pub(crate) fn check_new_grid(system: &System, inputs: &Inputs) -> Result<(), Error> {
     if let Some((node, cost)) = system.last_cost_node().filter(|(node, _)| *node > 0) {
         let what = format!("the node at which `{cost}` is evaluated (`Sum::Node`)");
         return Err(Error::Parameter {
             what,
             value: node as f64,
-            must_be: "0 on an adaptive grid, whose nodes are not known beforehand; use `Sum::Terminal`, or a given grid",
+            must_be: "0 on an adaptive grid or one with phases, whose nodes are not known beforehand; use `Sum::Terminal`, or a given grid",
         });
     }
     if inputs.grid.stages > 1 {
         let value = inputs.grid.stages as f64;
-        return Err(Error::Parameter { what: "`Grid::stages`".into(), value, must_be: "1 for an adaptive grid" });
+        return Err(Error::Parameter {
+            what: "`Grid::stages`".into(),
+            value,
+            must_be: "1 for an adaptive grid or one with phases",
+        });
     }
     let steps = &inputs.grid.steps;
     let first = steps.first().copied().unwrap_or_default();
     match steps.iter().position(|dt| dt.signum() != first.signum()) {
         Some(step) => {
             let what = format!("the length of step {} in s (step 1: {first} s)", step + 1);
-            Err(Error::Parameter { what, value: steps[step], must_be: "of the same sign for an adaptive grid" })
+            Err(Error::Parameter {
+                what,
+                value: steps[step],
+                must_be: "of the same sign for an adaptive grid or one with phases",
+            })
         }
         None if steps.is_empty() => {
             Err(Error::Parameter { what: "the number of steps".into(), value: 0.0, must_be: "1 or more" })

@@ -19,6 +19,7 @@ mod sweep;
 mod unresolved_steps;
 mod window;
 
+pub(crate) use adapt::check_new_grid;
 pub(crate) use checkpoint::Checkpoint;
 pub(crate) use stepper::Stepper;
 pub(crate) use sweep::ForwardSweep;

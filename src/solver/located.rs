@@ -14,7 +14,9 @@ impl Solver<'_> {
     /// The derivatives of the functions of the events.
     pub(super) fn located(&mut self) -> Result<&mut Located, Error> {
         if self.located.is_none() {
-            let Solver { system, settings, forward, rows, .. } = self;
+            let Solver { system, settings, forward, rows, phase, .. } = self;
+            phase.examine_all(system, &forward.stepper.newton.linearisation.evaluation, &forward.motion);
+            let unlocated = phase.unlocated(system, &forward.motion);
             let count = forward.motion.inputs.events.len();
             rows.resize_with(count.max(rows.len()), || AdjointSweep::new(system, settings.scheme));
             let settings = Settings { keep_adjoint: false, ..*settings };
@@ -22,7 +24,7 @@ impl Solver<'_> {
                 factors.choose_event(k)
             })?;
             let rows = rows[..count].iter().map(|row| row.gradient.clone()).collect();
-            self.located = Some(Located::new(system, &forward.motion, rows)?);
+            self.located = Some(Located::new(system, &forward.motion, (rows, unlocated))?);
         }
         self.located.as_mut().ok_or(Error::EventsInPart)
     }
@@ -30,10 +32,8 @@ impl Solver<'_> {
     /// The gradient of a weighted sum of J and the outputs, as a function of the given steps.
     pub(super) fn differentiate_located(&mut self, choose: impl Fn(&mut CostFactors)) -> Result<(), Error> {
         self.located()?;
-        let Solver { system, settings, forward, sweeps, located, phase, .. } = self;
+        let Solver { system, settings, forward, sweeps, located, .. } = self;
         let Some(located) = located else { return Ok(()) };
-        phase.examine_all(system, &forward.stepper.newton.linearisation.evaluation, &forward.motion);
-        let unlocated = phase.unlocated(system, &forward.motion);
         AdjointSweep::run(&mut sweeps[..1], system, &mut forward.solved(), settings, |_, factors| choose(factors))?;
         let sweep = &mut sweeps[0];
         let value = sweep.gradient.value;
@@ -48,7 +48,6 @@ impl Solver<'_> {
             sweeps[0].gradient = complete;
         }
         sweeps[0].gradient.value = value;
-        sweeps[0].gradient.warnings.extend(unlocated);
         Ok(())
     }
 

@@ -105,6 +105,7 @@ impl<'s> Solver<'s> {
     /// [`Solver::trajectory`].
     pub fn simulate(&mut self, inputs: &Inputs) -> Result<&Trajectory, Error> {
         self.forget();
+        self.system.check_events(inputs.events.len())?;
         self.forward.run(self.system, inputs, &self.settings)?;
         Ok(&self.forward.motion.trajectory)
     }

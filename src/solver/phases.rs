@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 
 use super::Solver;
+use crate::forward::check_new_grid;
 use crate::{Error, Grid, Inputs};
 
 /// A change of the sign of the function of an event.
@@ -47,18 +48,17 @@ impl Solver<'_> {
     /// ```
     ///
     /// # Errors
-    /// As [`simulate`](Self::simulate); a composed grid, a part of a grid, or steps of both signs.
+    /// As [`simulate`](Self::simulate); a composed grid, a part of a grid, or steps of both signs; a cost at a single node
+    /// ([`Sum::Node`](crate::Sum::Node)), which cannot be transferred to another grid.
     pub fn find_phases(&mut self, inputs: &Inputs, least: usize) -> Result<Inputs, Error> {
         let steps = &inputs.grid.steps;
-        if inputs.grid.stages > 1 || inputs.grid.around != [0, 0] || steps.iter().any(|dt| dt * steps[0] <= 0.0) {
-            let what = "the grid in which phases are to be found".into();
-            return Err(Error::Parameter {
-                what,
-                value: inputs.grid.stages as f64,
-                must_be: "whole, of simple steps of one sign",
-            });
+        check_new_grid(self.system, inputs)?;
+        if inputs.grid.around != [0, 0] {
+            return Err(Error::EventsInPart);
         }
-        self.simulate(&Inputs { events: Vec::new(), ..inputs.clone() })?;
+        // Costs at events are not evaluated yet.
+        self.forget();
+        self.forward.run(self.system, &Inputs { events: Vec::new(), ..inputs.clone() }, &self.settings)?;
         let (mut crossings, passed) = (self.crossings(), inputs.grid.passed());
         let end = passed[passed.len() - 1];
         crossings.sort_by(|a, b| a.time.abs().total_cmp(&b.time.abs()));

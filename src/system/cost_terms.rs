@@ -3,9 +3,9 @@
 use super::cost::{CostFactors, Costs, Depends, Term, Weights};
 use super::formula::NodeView;
 use super::plain::{add_costs, event_value};
-use crate::System;
 use crate::model::element::Sum;
 use crate::number::Real;
+use crate::{Error, System};
 
 impl System {
     pub(crate) fn costs(&self) -> &Costs {
@@ -47,6 +47,16 @@ impl System {
     /// The last single node at which a cost is evaluated, and the name of the cost.
     pub(crate) fn last_cost_node(&self) -> Option<(usize, &str)> {
         self.terms.last_node.as_ref().map(|(node, name)| (*node, name.as_str()))
+    }
+
+    /// # Errors
+    /// A cost that reads an event which a motion with this number of events does not have.
+    pub(crate) fn check_events(&self, events: usize) -> Result<(), Error> {
+        let missing = |term: &Term| matches!(term.sum, Sum::Event(event) if event >= events);
+        match self.terms.last_event.filter(|&last| last >= events).and_then(|_| self.costs.terms().find(missing)) {
+            Some(Term { name, sum: Sum::Event(event), .. }) => Err(Error::NoSuchEvent { term: name.into(), event, events }),
+            _ => Ok(()),
+        }
     }
 
     /// Whether any cost is summed with the weights of the scheme.

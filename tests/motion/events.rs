@@ -37,8 +37,6 @@ fn ball(stiffness: f64, exponent: f64) -> System {
     scene.force("floor", Floor(exponent), z, [], [stiffness.into()]);
     scene.cost("height", Height, Sum::Terminal, z, [], [], [0.0.into()]);
     scene.event("contact", Height, z, [], [], [level.into()]);
-    scene.event_time("touch-down", 0);
-    scene.event_time("lift-off", 1);
     scene.compile().expect("a scene")
 }
 
@@ -60,6 +58,22 @@ fn events_are_found_from_poor_guesses_and_backwards_in_time() -> Result<(), Erro
         back.grid.steps.iter_mut().for_each(|dt| *dt = -*dt);
         assert!((solver.simulate(&back)?.times[20] + exact).abs() < 1e-13, "backwards from {guess}");
     }
+    Ok(())
+}
+
+#[test]
+fn an_event_that_is_read_and_not_given_is_told() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let z = [scene.particle("ball", 1.0, [0.0, 1.0]).coordinates[1]];
+    scene.event("contact", Height, z, [], [], [0.0.into()]);
+    scene.event_time("lift-off", 1);
+    let system = scene.compile()?;
+    let given = with_events(&system, Grid::uniform(40, 0.02), &[20]);
+    let mut solver = Solver::new(&system, Settings::default());
+    assert_says(
+        &solver.simulate(&given).expect_err("no lift-off"),
+        &["`lift-off`", "reads event 1", "have 1", "find_phases"],
+    );
     Ok(())
 }
 
@@ -161,5 +175,16 @@ fn an_adaptive_grid_keeps_the_events() -> Result<(), Error> {
     for (Occurrence { node, .. }, exact) in adapted.events.iter().zip(exact) {
         assert!((motion.times[*node] - exact).abs() < 1e-6, "{} for {exact}", motion.times[*node]);
     }
+    Ok(())
+}
+
+#[test]
+fn checks_of_gradients_and_products_know_events() -> Result<(), Error> {
+    let system = ball(1e4, 1.5);
+    let mut solver = Solver::new(&system, Settings::default());
+    let given = solver.find_phases(&Inputs::at_rest(&system, Grid::uniform(200, 0.004)), 16)?;
+    let report = hamiltonian_adjoint::check::gradient(&system, &given, Settings::default()).run()?;
+    println!("{report}");
+    report.assert_passed();
     Ok(())
 }

@@ -168,7 +168,8 @@ impl<'s> LongSolver<'s> {
             return Ok(());
         }
         let rows = self.sweeps.drain(count..).map(|sweep| sweep.gradient).collect();
-        let located = Located::new(system, &self.forward.motion, rows)?;
+        let unlocated = self.phase.unlocated(system, &self.forward.motion);
+        let located = Located::new(system, &self.forward.motion, (rows, unlocated))?;
         self.sweeps.iter_mut().for_each(|sweep| located.complete(&mut sweep.gradient));
         Ok(())
     }
@@ -178,8 +179,6 @@ impl<'s> LongSolver<'s> {
         let LongSolver { system, settings, .. } = *self;
         if !inputs.events.is_empty() {
             self.differentiate(inputs, 1, |_, factors| choose(factors))?;
-            let unlocated = self.phase.unlocated(system, &self.forward.motion);
-            self.sweeps[0].gradient.warnings.extend(unlocated);
             self.adjoint_report = std::mem::take(&mut self.sweeps[0].report);
             return Ok(());
         }
@@ -245,6 +244,7 @@ impl<'s> LongSolver<'s> {
 
     fn begin(&mut self, inputs: &Inputs) -> Result<(), Error> {
         self.leaves_out = false;
+        self.system.check_events(inputs.events.len())?;
         self.begin_planned(inputs)?;
         if self.forward.motion.leaves_out() {
             self.leaves_out = true;

@@ -14,6 +14,8 @@ pub struct Terms {
     pub(in crate::system) integral: bool,
     /// The last single node at which a cost is evaluated, and the name of the cost.
     pub(in crate::system) last_node: Option<(usize, String)>,
+    /// The last event at which a cost is evaluated.
+    pub(in crate::system) last_event: Option<usize>,
     /// The quantities that any of the costs needs.
     pub(in crate::system) uses: CostUse,
 }
@@ -27,8 +29,10 @@ impl Terms {
         let single =
             all.iter().filter_map(|term| if let Sum::Node(node) = term.sum { Some((node, term.name)) } else { None });
         let last_node = single.max_by_key(|(node, _)| *node).map(|(node, name)| (node, name.to_string()));
+        let last_event =
+            all.iter().filter_map(|term| if let Sum::Event(event) = term.sum { Some(event) } else { None }).max();
         let integral = all.iter().any(|term| term.sum == Sum::Integral);
         let uses = all.iter().fold(CostUse::NONE, |uses, term| uses.and(term.uses));
-        Terms { running, integral, last_node, uses }
+        Terms { running, integral, last_node, last_event, uses }
     }
 }
