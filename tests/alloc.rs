@@ -374,3 +374,53 @@ fn the_counter_counts() {
     drop(std::hint::black_box(vec![0.0f64; 8]));
     assert_eq!((BYTES.get() - before, PEAK.get() - before), (0, 64));
 }
+
+/// An angle of a link.
+struct Level;
+impl Cost<1> for Level {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _: &SVector<S, 0>) -> S {
+        at.q[0] + 1.9
+    }
+}
+
+/// The cart with an event that its link is at this angle, in so many steps.
+fn with_event(steps: usize) -> (System, Inputs) {
+    let mut cart = CartPendulum::default().mechanism();
+    let angle = cart.links[1].coordinates[2];
+    cart.scene.event("level", Level, [angle], [], [], []);
+    let system = cart.scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 4.0 / steps as f64));
+    inputs.controls.fill(10.0);
+    inputs.events = vec![system.event(0).at(steps / 10)];
+    (system, inputs)
+}
+
+#[test]
+fn located_events_allocate_nothing_in_their_steps_and_a_long_solver_keeps_to_its_bytes() {
+    let count = |steps: usize| {
+        let (system, inputs) = with_event(steps);
+        let mut solver = Solver::new(&system, Settings::default());
+        let mut run = || {
+            let motion = allocations(|| _ = solver.simulate(&inputs).expect("a motion"));
+            [motion, allocations(|| _ = solver.gradient().expect("a gradient"))]
+        };
+        run();
+        run()
+    };
+    let [few, many] = [400, 4000].map(count);
+    println!("allocations of simulate and gradient: {few:?} for 400 steps, {many:?} for 4,000");
+    assert!(few[0].max(many[0]) < 150 && few[1].max(many[1]) < 60);
+    let (system, inputs) = with_event(4000);
+    let expected = gradient(&system, &inputs, Settings::default()).expect("a gradient");
+    let workspace = 2 * (bytes_held(&system, Settings::default(), 1) + size_of::<Solver>() as isize);
+    for bytes in [3_000_000, 1_000_000, 500_000, 400_000] {
+        let before = BYTES.get();
+        PEAK.set(before);
+        let mut long = LongSolver::new(&system, Settings::default(), bytes as usize);
+        let result = long.gradient(&inputs).expect("a gradient");
+        let held = PEAK.get() - before;
+        println!("{bytes} bytes given, at most {held} held, workspace {workspace}");
+        assert!(held <= bytes + workspace, "{held} of {bytes}");
+        assert_eq!(*result, expected, "{bytes}");
+    }
+}

@@ -41,8 +41,9 @@ impl Located {
         motion: &Motion,
         (rows, unlocated): (Vec<Gradient>, Option<Warning>),
     ) -> Result<Self, Error> {
-        let (phases, refinement) = (Phases::new(&motion.inputs), motion.refinement());
+        let refinement = motion.refinement();
         let mut steps = vec![0.0; motion.nodes() - 1 - motion.trajectory.inserted.len()];
+        let phases = Phases::new(&motion.inputs.events, steps.len());
         (1..motion.nodes()).for_each(|node| steps[refinement.given_step(node) - 1] += motion.length(node));
         let factors = motion.scales.factors.clone();
         let count = rows.len();

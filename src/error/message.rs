@@ -230,7 +230,7 @@ impl fmt::Display for Error {
             Error::EventNotLocated { event, node, time, gap } => write!(
                 f,
                 "event `{event}`, which should determine node {node}, cannot be located: at t = {} s its function is still {gap:.3e}; begin with a grid \
-                 whose node {node} is closer to the event, and check that the function crosses zero there and does not jump",
+                 whose node {node} is closer to the event, and check that the function crosses zero there, not with a jump nor with the rate zero",
                 seconds(*time)
             ),
             Error::EventAtEnd { event, node, time, left } => write!(
@@ -238,7 +238,7 @@ impl fmt::Display for Error {
                 "event `{event}` at node {node} happens at t = {} s, {:.3e} s after the end of the grid; extend the grid, or remove the event from \
                  `Inputs::events`",
                 seconds(*time),
-                -left
+                left.abs()
             ),
             Error::EventGrazed { event, node, time, slope } => write!(
                 f,

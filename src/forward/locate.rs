@@ -21,13 +21,23 @@ const MOST_PASSES: usize = 40;
 const ROUNDING: f64 = 1e-14;
 /// A phase is located if its correction, which does not decrease any more, is below this fraction.
 const LOCATED: f64 = 1e-9;
-/// The number of such corrections, and the largest factor of the least one.
-const STALLED: usize = 2;
-const ABOVE_LEAST: f64 = 4.0;
+/// The number of such corrections.
+const STALLED: usize = 3;
+/// The number of passes after which a length is halved between those that are too short and too long.
+const SLOW: usize = 2;
 /// A change of the function below this fraction of its value is not used for a secant.
 const SMALL: f64 = 1e-6;
-/// At the beginning of a phase, values of the function below this fraction of its largest value are zeros of the event before.
+/// At the beginning of a phase, values of the function below this fraction of its largest value are zeros of the same event before it, or of the start.
 const ZERO: f64 = 1e-7;
+/// If another event was before it, both happen at the same time below this fraction.
+const SAME_TIME: f64 = 1e-12;
+/// The time of a node, on which the function may depend, is known up to this fraction, but a phase to more than this one.
+const TIME: f64 = 100.0 * f64::EPSILON;
+const MOST_ROUNDING: f64 = 1e-3;
+/// At an event the function is below this fraction of its largest value in the first pass.
+const POLE: f64 = 1e-3;
+/// A single step after the same event is longer than this fraction of the given one.
+const EMPTY: f64 = 1e-6;
 /// An event is grazed if the rate of its function, times the length of the phase, is below this fraction of the largest value of the function.
 const GRAZED: f64 = 0.05;
 /// Largest factor of the length from one pass to the next.
@@ -50,11 +60,18 @@ struct Search {
     length: f64,
     longest: f64,
     samples: Samples,
+    /// At the beginning, values of the function below this fraction of its largest value count as zero.
+    zero: f64,
     /// The lengths of the last passes and the functions at their ends, where the function was not negative and where it was.
     before: [Option<(f64, f64)>; 2],
-    /// The least correction, and the number of corrections since then that were not half as large.
-    least: f64,
+    /// The largest value of the function in the first pass.
+    largest: f64,
+    /// The last correction, and the number of corrections that were not smaller than half of the one before.
+    correction: f64,
     stalled: usize,
+    /// A length, without its sign, up to which no zero was seen, and one up to which one was; the number of passes that hardly brought them closer.
+    between: [f64; 2],
+    slow: usize,
 }
 
 impl ForwardSweep {
@@ -62,13 +79,20 @@ impl ForwardSweep {
     pub(crate) fn run_located(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
         self.begin(system, inputs, inputs.grid.nodes(), settings)?;
         self.locate(system, inputs, settings)?;
-        self.advance(system, settings, usize::MAX).map(|_| ())
+        self.advance(system, settings, usize::MAX)?;
+        self.warn_of_events();
+        Ok(())
+    }
+
+    /// Adds the warnings of located events, after those of the motion.
+    pub(crate) fn warn_of_events(&mut self) {
+        self.motion.scales.warnings.iter().for_each(|warning| self.monitor.report.warn(warning.clone()));
     }
 
     /// Locates all events of a motion that has begun, up to the last one, and returns the inputs with the steps found. The steps behind the last event
     /// are set, too.
     pub(crate) fn locate(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<Inputs, Error> {
-        let (phases, mut taken) = (Phases::new(inputs), inputs.clone());
+        let (phases, mut taken) = (Phases::new(&inputs.events, inputs.grid.steps.len()), inputs.clone());
         let mut scales = Scales::default();
         let end = inputs.grid.steps.iter().sum::<f64>();
         let mut passed = 0.0;
@@ -78,16 +102,32 @@ impl ForwardSweep {
             let longest = if is_last { LONGEST * given } else { end - passed };
             let (of, samples) = (inputs.events[phase], Samples::default());
             let length = if given / longest < 1.0 { given } else { longest };
-            let mut search =
-                Search { phase, of, given, length, longest, samples, before: [None; 2], least: f64::INFINITY, stalled: 0 };
+            let mut search = Search {
+                phase,
+                of,
+                given,
+                length,
+                longest,
+                samples,
+                zero: ZERO,
+                before: [None; 2],
+                largest: 0.0,
+                correction: f64::INFINITY,
+                stalled: 0,
+                between: [0.0, f64::INFINITY],
+                slow: 0,
+            };
+            let before = phase.checked_sub(1).map(|before| inputs.events[before].event);
+            search.zero = if before.is_none_or(|before| before == of.event) { ZERO } else { SAME_TIME };
             let slope = self.find(system, (inputs, &mut taken, &phases), &mut search, settings)?;
             scales.push(search.length / given, slope);
+            scales.warnings.extend(search.warn(system, self.motion.time(self.reached() - 1), slope));
             passed += search.length;
         }
         if phases.has_rest() {
             let given = phases.length(phases.located, &inputs.grid.steps);
             let scale = (end - passed) / given;
-            if scale <= 0.0 || !scale.is_finite() {
+            if scale <= 0.0 || !scale.is_finite() || (end - passed).abs() <= ROUNDING * end.abs() {
                 return Err(self.no_rest(system, inputs, end - passed));
             }
             self.set_steps((inputs, &mut taken), phases.steps(phases.located), scale);
@@ -106,24 +146,22 @@ impl ForwardSweep {
         search: &mut Search,
         settings: &Settings,
     ) -> Result<f64, Error> {
-        let (begin, warnings) = (self.save(), self.monitor.report.warnings.clone());
+        let (begin, found) = (self.save(), self.found());
         let start = self.motion.time(begin.node);
         let mut failure = None;
         for _ in 0..MOST_PASSES {
             self.set_steps((inputs, taken), phases.steps(search.phase), search.length / search.given);
             self.rewind(&begin, taken);
-            self.monitor.report.warnings.clone_from(&warnings);
+            self.restore_found(&found);
             if let Err(error) = self.pass_through(system, search, settings) {
-                if matches!(error, Error::Interrupted { .. }) {
+                if matches!(error, Error::Interrupted { .. } | Error::Memory { .. }) {
                     return Err(error);
                 }
-                (search.longest, search.before) = (search.length, [None; 2]);
-                search.length *= AFTER_FAILURE;
+                search.give_way();
                 failure = Some(error);
                 continue;
             }
             if let Some(slope) = search.correct(system, start, failure.as_ref())? {
-                search.warn(system, start, slope).into_iter().for_each(|warning| self.monitor.report.warn(warning));
                 return Ok(slope);
             }
         }
@@ -136,19 +174,23 @@ impl ForwardSweep {
 
     /// Computes the nodes of a phase, and the function of its event at them.
     fn pass_through(&mut self, system: &System, search: &mut Search, settings: &Settings) -> Result<(), Error> {
-        let first = self.reached() - 1;
-        let start = self.motion.time(first);
+        // Times since the beginning are not lost in the rounding of late start times.
+        let (mut shown, mut passed) = (self.reached() - 1, None);
         search.samples.0.clear();
-        let mut shown = first;
         loop {
             let (until, room) = (self.motion.trajectory.column_of(search.of.node), self.motion.trajectory.times.len());
             for node in shown..self.reached() {
+                let time = passed.map_or(0.0, |passed| passed + self.motion.length(node));
+                passed = Some(time);
+                if !self.motion.ends_macro_step(node) {
+                    continue;
+                }
                 let g = system.event_value(search.of.event.index(), &self.motion.at(node));
                 if !g.is_finite() {
                     let what = format!("event {} at node {}", quoted(system.event_name(search.of.event.index())), node);
                     return Err(Error::NotFinite { what, value: g });
                 }
-                search.samples.0.push((self.motion.time(node) - start, g));
+                search.samples.0.push((time, g));
             }
             shown = self.reached();
             if shown > until {
@@ -178,45 +220,92 @@ impl Search {
     /// Corrects the length of the phase after a pass, and returns dg/dT if it is right.
     fn correct(&mut self, system: &System, start: f64, failure: Option<&Error>) -> Result<Option<f64>, Error> {
         let (end, g) = self.samples.end();
+        if self.largest == 0.0 {
+            self.largest = self.samples.largest();
+        }
+        let begins_with_zero = self.samples.0[0].1.abs() <= self.zero * self.samples.largest().min(self.largest);
         let side = usize::from(g < 0.0);
-        let slope = match self.before[side] {
-            Some((length, before)) if (g - before).abs() > SMALL * before.abs() => (g - before) / (end - length),
-            _ => self.samples.slope_at_end(),
+        let (slope, is_known) = match self.before[side] {
+            Some((length, before)) if (g - before).abs() > SMALL * before.abs() => {
+                ((g - before) / (end - length), (end - length).abs() < 0.05 * end.abs())
+            }
+            _ => (self.samples.slope_at_end(), true),
         };
-        let root = self.samples.first_zero();
-        let is_near = root.is_some_and(|root| (root - end).abs() < 0.05 * end.abs());
+        let first = self.samples.first_zero(begins_with_zero);
+        let root = first.map(|(root, _)| root);
+        // Of several zeros the first one counts.
+        let is_near = first.is_some_and(|(root, is_last)| is_last && (root - end).abs() < 0.05 * end.abs());
+        let is_single = self.samples.0.len() == 2 && begins_with_zero;
+        let earliest = if is_single { 0.0 } else { 0.95 };
         let target = match root {
             Some(root) if !is_near => root,
-            _ if slope != 0.0 && (is_near || (end - g / slope) / end > 0.0) => end - g / slope,
+            // A zero that was not seen is not earlier, except in a single step after the same event.
+            _ if slope != 0.0 && (is_near || (end - g / slope) / end > earliest) => end - g / slope,
             _ => LONGER * end,
         };
         let correction = target - end;
-        let size = (start + end).abs().max(end.abs());
-        self.stalled = if correction.abs() < 0.5 * self.least { 0 } else { self.stalled + 1 };
-        self.least = self.least.min(correction.abs());
-        let is_stalled = self.stalled >= STALLED && correction.abs() <= (LOCATED * size).min(ABOVE_LEAST * self.least);
-        if g == 0.0 || correction.abs() <= ROUNDING * size || is_stalled {
+        let is_slow = correction.abs() >= 0.5 * self.correction.abs();
+        let rounding = (TIME * (start + end).abs()).clamp(LOCATED * end.abs(), MOST_ROUNDING * end.abs());
+        self.stalled += usize::from(is_slow && correction.abs() <= rounding);
+        let is_stalled = self.stalled >= STALLED && correction.abs() <= rounding;
+        let is_first = root.is_none() || is_near;
+        let is_small = is_known && correction.abs() <= ROUNDING * end.abs() || is_stalled;
+        // Corrections are small near a pole, too, and a single step after the same event may shrink to nothing.
+        let is_zero = if is_single { end / self.given > EMPTY } else { g.abs() < POLE * self.largest };
+        if is_first && is_zero && (g == 0.0 || is_small) {
             return Ok(Some(slope));
         }
         if root.is_none() && self.length == self.longest {
             return Err(failure.cloned().unwrap_or_else(|| self.not_reached(system, start)));
         }
-        self.before[side] = Some((end, g));
+        (self.before[side], self.correction) = (Some((end, g)), correction);
         let factor = (target / end).clamp(LONGER.recip(), LONGER);
         // A zero between nodes has been seen, so that the phase is known to be that short.
         let factor = if root.is_some() && !is_near { target / end } else { factor };
-        self.length = if (end * factor / self.longest) < 1.0 { end * factor } else { self.longest };
+        let next = self.within(end, root.is_some(), (end * factor, is_slow));
+        self.length = match next / self.longest < 1.0 {
+            true => next,
+            false if failure.is_some() => self.between_known(),
+            false => self.longest,
+        };
         Ok(None)
     }
 
-    /// Warnings of a phase that has been located.
-    fn warn(&self, system: &System, start: f64, slope: f64) -> Vec<Warning> {
+    /// The next length after one through which there is no motion.
+    fn give_way(&mut self) {
+        (self.longest, self.before) = (self.length, [None; 2]);
+        self.length = if self.between[0] > 0.0 { self.between_known() } else { AFTER_FAILURE * self.length };
+    }
+
+    /// The middle between the longest phase without a zero and one through which there is no motion.
+    fn between_known(&self) -> f64 {
+        (0.5 * (self.between[0] + self.longest.abs())).copysign(self.longest)
+    }
+
+    /// The next length, or the middle between the lengths known to be too short and too long, if it is not between them or does not approach.
+    fn within(&mut self, end: f64, is_long: bool, (next, is_slow): (f64, bool)) -> f64 {
+        let (size, [short, long]) = (end.abs(), self.between);
+        self.between = match is_long {
+            true => [if size > short { short } else { 0.0 }, long.min(size)],
+            false if size < long => [short.max(size), long],
+            false => [short, long],
+        };
+        let ([short, long], before) = (self.between, long - short);
+        if long.is_infinite() {
+            return next;
+        }
+        self.slow = if is_slow && long - short > 0.5 * before { self.slow + 1 } else { 0 };
+        let is_between = short < next.abs() && next.abs() < long;
+        if is_between && self.slow < SLOW { next } else { (0.5 * (short + long)).copysign(end) }
+    }
+
+    /// Warnings of a phase that has been located and ends at this time.
+    fn warn(&self, system: &System, end: f64, slope: f64) -> Vec<Warning> {
+        let start = end - self.length;
         let (event, node) = (system.event_name(self.of.event.index()), self.of.node);
         let share = (slope * self.length).abs() / self.samples.largest();
-        let grazed = (share < GRAZED).then(|| {
-            let time = start + self.length;
-            Warning::Grazed { event: event.into(), node, time, share }
-        });
+        let is_crossed = share >= GRAZED;
+        let grazed = (!is_crossed).then(|| Warning::Grazed { event: event.into(), node, time: end, share });
         let missed = self.samples.missed().map(|at| Warning::MissedEvent { event: event.into(), node, time: start + at });
         grazed.into_iter().chain(missed).collect()
     }
@@ -244,13 +333,15 @@ impl Samples {
         self.0[self.0.len() - 1]
     }
 
-    /// The first zero after the beginning, by a cubic polynomial; `None` if the sign does not change.
-    fn first_zero(&self) -> Option<f64> {
+    /// The first zero after the beginning, by a cubic polynomial, and whether it is in the last step; `None` if the sign does not change.
+    fn first_zero(&self, begins_with_zero: bool) -> Option<(f64, bool)> {
         let samples = &self.0;
-        let first = usize::from(samples[0].1.abs() <= ZERO * self.largest());
-        let at = (first + 1..samples.len()).find(|&i| samples[i - 1].1 * samples[i].1 <= 0.0)?;
+        let first = usize::from(begins_with_zero);
+        let changes = |a: f64, b: f64| a == 0.0 || b == 0.0 || (a < 0.0) != (b < 0.0);
+        let at = (first + 1..samples.len()).find(|&i| changes(samples[i - 1].1, samples[i].1))?;
         let from = at.saturating_sub(2).min(samples.len().saturating_sub(4));
-        Some(zero_between(&samples[from..samples.len().min(from + 4)], samples[at - 1], samples[at]))
+        let root = zero_between(&samples[from..samples.len().min(from + 4)], samples[at - 1], samples[at]);
+        Some((root, at + 1 == samples.len()))
     }
 
     /// The largest |g|.
@@ -291,7 +382,7 @@ fn zero_between(samples: &[(f64, f64)], (mut low, before): (f64, f64), (mut high
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
         let value: f64 = (0..samples.len()).map(|i| samples[i].1 * basis(samples, i, middle)).sum();
-        *(if value * before > 0.0 { &mut low } else { &mut high }) = middle;
+        *(if value != 0.0 && (value < 0.0) == (before < 0.0) { &mut low } else { &mut high }) = middle;
     }
     0.5 * (low + high)
 }

@@ -14,6 +14,7 @@ use crate::system::{NodeView, Order};
 const EXAMINED: usize = 8;
 
 /// Examines formulas for lost derivatives of an order.
+#[derive(Clone, Copy)]
 pub(crate) struct Examiner {
     order: Order,
     /// Number of badly predicted nodes so far.

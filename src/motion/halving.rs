@@ -43,6 +43,13 @@ impl Motion {
         self.inputs.grid.around[0] + node - self.trajectory.inserted.partition_point(|&inserted| inserted < node)
     }
 
+    /// True if a macro step ends at a node, or if it was inserted into a step that is none of several.
+    pub(crate) fn ends_macro_step(&self, node: usize) -> bool {
+        let before = self.trajectory.inserted.partition_point(|&inserted| inserted < node);
+        let is_given = self.trajectory.inserted.get(before) != Some(&node);
+        self.inputs.grid.stages == 1 || is_given && self.inputs.grid.macro_steps(node - before).is_some()
+    }
+
     /// The length of the given step that contains the current step, which ends at `node`.
     pub(crate) fn given_length(&self, node: usize) -> f64 {
         self.length(node) * 2f64.powi(self.ahead.halvings as i32)

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::number::Real;
-use crate::{Error, Event, Inputs, System};
+use crate::{Error, Event, Grid, Inputs, System, Warning};
 
 /// An event that determines a node: the steps between the previous event, or the start, and this node are multiplied by a common factor such that
 /// the function of the event is zero at the node.
@@ -32,9 +32,10 @@ pub(crate) struct Phases {
 }
 
 impl Phases {
-    pub(crate) fn new<R: Real>(inputs: &Inputs<R>) -> Self {
-        let mut ends: Vec<usize> = inputs.events.iter().map(|event| event.node).collect();
-        let (located, last) = (ends.len(), inputs.grid.steps.len());
+    /// From the events of a grid with this number of steps.
+    pub(crate) fn new(events: &[Occurrence], last: usize) -> Self {
+        let mut ends: Vec<usize> = events.iter().map(|event| event.node).collect();
+        let located = ends.len();
         if ends.last() != Some(&last) {
             ends.push(last);
         }
@@ -67,6 +68,8 @@ impl Phases {
 pub(crate) struct Scales {
     pub(crate) factors: Vec<f64>,
     pub(crate) slopes: Vec<f64>,
+    /// Warnings of the events.
+    pub(crate) warnings: Vec<Warning>,
 }
 
 impl Scales {
@@ -81,6 +84,9 @@ pub(crate) fn check_events(inputs: &Inputs, system: &System) -> Result<(), Error
     let (mut before, last) = (0, inputs.grid.steps.len());
     if inputs.grid.around != [0, 0] && !inputs.events.is_empty() {
         return Err(Error::EventsInPart);
+    }
+    if !inputs.events.is_empty() {
+        check_signs(&inputs.grid)?;
     }
     for &Occurrence { event, node } in &inputs.events {
         if event.index() >= system.events() || !system.owns(event.0) {
@@ -100,4 +106,15 @@ pub(crate) fn check_events(inputs: &Inputs, system: &System) -> Result<(), Error
         return Err(Error::Parameter { what, value: node as f64, must_be });
     }
     Ok(())
+}
+
+/// Returns an error unless all macro steps go in one direction, so that events have an order.
+fn check_signs(grid: &Grid) -> Result<(), Error> {
+    let mut lengths = grid.steps.chunks(grid.stages.max(1)).map(|steps| steps.iter().sum::<f64>()).enumerate();
+    let forward = lengths.next().is_some_and(|(_, length)| length > 0.0);
+    let turn = lengths.find(|(_, length)| (*length > 0.0) != forward);
+    turn.map_or(Ok(()), |(k, value)| {
+        let what = format!("the length of (macro) step {} of a motion with events", k + 1);
+        Err(Error::Parameter { what, value, must_be: "of the same sign as the first one" })
+    })
 }

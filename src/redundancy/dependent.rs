@@ -13,6 +13,12 @@ pub(crate) struct Dependence {
     /// The dependent constraints of the last start that has any.
     pub(super) relaxed: Option<Relaxed>,
     pub(super) circuits: Circuits,
+    pub(crate) losses: Losses,
+}
+
+/// What left-out equations have cost so far.
+#[derive(Clone, Copy)]
+pub(crate) struct Losses {
     /// Largest loss of kinetic energy by compliances, if it is worth a warning; largest kinetic energy at checked nodes.
     pub(super) most_braked: f64,
     pub(super) most_kinetic: f64,
@@ -22,22 +28,18 @@ pub(crate) struct Dependence {
     pub(super) is_urgent: bool,
 }
 
+impl Losses {
+    const NONE: Losses = Losses { most_braked: Warning::BRAKED, most_kinetic: 0.0, brake: 0.0, is_urgent: false };
+}
+
 impl Dependence {
     pub(crate) fn new() -> Self {
-        Dependence {
-            relaxed: None,
-            circuits: Circuits::default(),
-            most_braked: Warning::BRAKED,
-            most_kinetic: 0.0,
-            brake: 0.0,
-            is_urgent: false,
-        }
+        Dependence { relaxed: None, circuits: Circuits::default(), losses: Losses::NONE }
     }
 
     /// Resets the losses of energy, for another motion.
     pub(crate) fn forget_brakes(&mut self) {
-        (self.most_braked, self.most_kinetic, self.brake) = (Warning::BRAKED, 0.0, 0.0);
-        self.is_urgent = false;
+        self.losses = Losses::NONE;
     }
 
     /// Forgets which constraints depend on each other, for another start.

@@ -11,5 +11,5 @@ mod selection;
 
 pub(crate) use closeness::UNDETERMINED;
 pub(crate) use compliances::{COMPLIANCE, apparent_masses, compliances, flexibilities, masses};
-pub(crate) use dependent::{Dependence, Dependent};
+pub(crate) use dependent::{Dependence, Dependent, Losses};
 pub(crate) use rank::{RANK, Scaled, can_be_met, is_singular, mass_matrix, near_singular, null_space};

@@ -117,18 +117,18 @@ impl Dependent<'_> {
         let taken = (1..=motion.trajectory.last_stage()).map(of_stage).fold(0.0, larger);
         let all = taken * (motion.nodes() - 1) as f64;
         let state = &mut self.state;
-        if all <= BRAKE * state.most_kinetic {
+        if all <= BRAKE * state.losses.most_kinetic {
             return;
         }
-        state.most_kinetic = larger(state.most_kinetic, self.system.energies(&motion.at(node))[0]);
-        state.brake = larger(state.brake, all / state.most_kinetic);
+        state.losses.most_kinetic = larger(state.losses.most_kinetic, self.system.energies(&motion.at(node))[0]);
+        state.losses.brake = larger(state.losses.brake, all / state.losses.most_kinetic);
     }
 
     /// Warns of the energy that compliances absorbed up to a node, since nothing can be left out there.
     pub(super) fn warn_of_brake(&mut self, node: usize) {
-        let share = std::mem::take(&mut self.state.brake);
-        if share > self.state.most_braked {
-            self.state.most_braked = share;
+        let share = std::mem::take(&mut self.state.losses.brake);
+        if share > self.state.losses.most_braked {
+            self.state.losses.most_braked = share;
             let (step, time) = (self.motion.step_of_whole(node), self.motion.time(node));
             self.report.replace(Warning::Braked { step, time, share });
         }

@@ -55,7 +55,7 @@ impl Dependent<'_> {
         }
         let is_composed = motion.inputs.grid.stages > 1;
         let is_watched = motion.leaves_out() && (is_composed || steps.is_multiple_of(EVERY));
-        self.state.brake > 0.0 || self.state.is_urgent || is_watched
+        self.state.losses.brake > 0.0 || self.state.losses.is_urgent || is_watched
     }
 
     /// Checks dependent constraints in the step that ends at a node, with the factors and the evaluation at its end: the energy that compliances absorb,
@@ -69,7 +69,7 @@ impl Dependent<'_> {
         let is_close = closeness_here(linearisation, system, &mut point.left) > NEARLY_SINGULAR;
         let chosen = (&motion.shared[..], motion.trajectory.compliance_into(node));
         let are_good = state.circuits.are_good(linearisation, system, chosen);
-        state.is_urgent = is_close || !are_good;
+        state.losses.is_urgent = is_close || !are_good;
     }
 
     /// Chooses the equations that are left out from a node on, with 1/θ = `closeness`; false if the motion is to continue unchanged.
@@ -86,7 +86,7 @@ impl Dependent<'_> {
             self.warn_of_brake(node);
             return Ok(false);
         };
-        (self.state.brake, self.state.is_urgent) = (0.0, false);
+        (self.state.losses.brake, self.state.losses.is_urgent) = (0.0, false);
         if !self.motion.leaves_out() {
             let (step, time) = (self.motion.step_of_whole(node), self.motion.time(node));
             let equations = names(self.system, &chosen, &self.motion.shared);

@@ -204,7 +204,7 @@ impl<'s> Solver<'s> {
     }
 
     /// The inputs of the last motion, on the grid that was used, including the nodes of [`Trajectory::inserted`]. Its
-    /// [`Grid::stages`](crate::Grid::stages) are those of the given grid, without the inserted nodes.
+    /// [`Grid::stages`](crate::Grid::stages) and the nodes of its events are those of the given grid, without the inserted nodes.
     pub fn inputs(&self) -> &Inputs {
         &self.forward.motion.inputs
     }

@@ -6,6 +6,9 @@ use super::Solver;
 use crate::forward::check_new_grid;
 use crate::{Error, Grid, Inputs};
 
+/// Times that differ by less than this fraction of the motion are the same.
+const SAME: f64 = 1e-9;
+
 /// A change of the sign of the function of an event.
 struct Crossing {
     event: usize,
@@ -63,9 +66,13 @@ impl Solver<'_> {
         let end = passed[passed.len() - 1];
         crossings.sort_by(|a, b| a.time.abs().total_cmp(&b.time.abs()));
         let mean = end / steps.len() as f64;
+        // Events at the same time share a phase, and one at the end of the grid ends the motion.
+        let is_same = |a: f64, b: f64| (a - b).abs() <= SAME * end.abs();
+        crossings.dedup_by(|b, a| is_same(a.time, b.time));
+        let rest = crossings.last().is_none_or(|last| !is_same(last.time, end)).then_some((end, None));
         let (mut found, mut times, mut begin) = (Vec::new(), vec![0.0], 0.0);
         let mut events = Vec::new();
-        for (until, event) in crossings.iter().map(|c| (c.time, Some(c.event))).chain([(end, None)]) {
+        for (until, event) in crossings.iter().map(|c| (c.time, Some(c.event))).chain(rest) {
             let length = until - begin;
             // Estimates of errors halve the number of steps twice.
             let count = ((length / mean).ceil() as usize).max(least).max(1).next_multiple_of(4);

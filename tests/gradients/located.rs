@@ -202,3 +202,20 @@ fn an_event_holds_at_its_node_and_the_motion_ends_when_its_grid_does() -> Result
     assert!((&again.q - &motion.q).amax() < 1e-13);
     Ok(())
 }
+
+#[test]
+fn steps_are_halved_before_in_and_after_a_phase() -> Result<(), Error> {
+    let system = touching(0.02, 1, false);
+    let settings = Settings { max_iterations: 3, ..Settings::default() };
+    for nodes in [&[(0, 12)][..], &[(0, 12), (1, 16)]] {
+        let given = inputs(&system, grid(20), nodes);
+        let mut solver = Solver::new(&system, settings);
+        let inserted = solver.simulate(&given)?.inserted.clone();
+        println!("{nodes:?}: inserted {inserted:?}");
+        assert!(!inserted.is_empty());
+        let own = solver.gradient()?.clone();
+        assert!(LongSolver::new(&system, settings, 1_000_000).gradient(&given)? == &own, "checkpoints");
+        assert_gradient_is_exact_with(&format!("located: halved {nodes:?}"), &system, &given, settings);
+    }
+    Ok(())
+}

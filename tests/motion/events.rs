@@ -188,3 +188,130 @@ fn checks_of_gradients_and_products_know_events() -> Result<(), Error> {
     report.assert_passed();
     Ok(())
 }
+
+/// Functions that are hard to locate, of the height z of a ball that falls from 1 m past 0.5 m, and of time.
+struct Hard(usize);
+
+impl Cost<1> for Hard {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _: &SVector<S, 0>) -> S {
+        let (x, t) = (at.q[0] - 0.5, at.t);
+        match self.0 {
+            0 => x * 1e-200,
+            1 => x * 1e200,
+            // Not defined beyond its zero.
+            2 => x.sqrt() - 0.1,
+            // Zero at the start, too.
+            3 => t * (t - 0.3),
+            4 => x + (t * 2000.0).sin() * 1e-3,
+            5 => at.q[0] - 1.0,
+            // A pole, jumps, and no zero at all.
+            6 => S::from(1.0) / x,
+            7 => {
+                if x.re() > 0.0 {
+                    x + 1.0
+                } else {
+                    x - 1.0
+                }
+            }
+            8 => x.ln(),
+            _ => x * x + 0.1,
+        }
+    }
+}
+
+#[test]
+fn hard_functions_are_located_at_their_first_zero_or_refused() {
+    let crossing = (1.0f64 / 9.81).sqrt();
+    let near = |low: f64, high: f64| Some(low..high);
+    let zeros = [
+        near(crossing, crossing),
+        near(crossing, crossing),
+        near((0.98f64 / 9.81).sqrt(), (0.98f64 / 9.81).sqrt()),
+        near(0.3, 0.3),
+        near(crossing - 5e-4, crossing + 5e-4),
+    ];
+    for (which, guess, steps, rest) in (0..10).flat_map(|which| {
+        let guesses = [0.1, 0.5, 0.9, 1.1, 2.0, 5.0].into_iter();
+        guesses.flat_map(move |guess| [10, 20].into_iter().flat_map(move |n| [0, 30].map(|rest| (which, guess, n, rest))))
+    }) {
+        let mut scene = Scene::new();
+        scene.gravity(0.0, -9.81);
+        let ball = scene.particle("ball", 1.0, [0.0, 1.0]);
+        let z = [ball.coordinates[1]];
+        scene.cost("height", Height, Sum::Terminal, z, [], [], [0.0.into()]);
+        scene.event("hard", Hard(which), z, [], [], []);
+        let system = scene.compile().expect("a scene");
+        let dts = [vec![guess * crossing / steps as f64; steps], vec![2.0 / 30.0; rest]].concat();
+        let mut solver = Solver::new(&system, Settings::default());
+        let result = solver.simulate(&with_events(&system, Grid::new(0.0, dts), &[steps])).map(|motion| motion.times[steps]);
+        let what = format!("{which} from {guess} with {steps} steps and {rest}: {result:?}");
+        match (result, zeros.get(which)) {
+            (Ok(time), Some(Some(zero))) => assert!(zero.start - 1e-12 < time && time < zero.end + 1e-12, "{what}"),
+            (Err(error), None) => assert!(
+                matches!(error, Error::EventNotReached { .. } | Error::EventNotLocated { .. } | Error::NotFinite { .. }),
+                "{what}"
+            ),
+            _ => panic!("{what}"),
+        }
+    }
+}
+
+#[test]
+fn lifted_motions_need_the_events_of_the_real_one() -> Result<(), Error> {
+    let system = ball(1e4, 1.0);
+    let given = with_events(&system, Grid::uniform(40, 0.02), &[20]);
+    for (nodes, words) in [(&[][..], "events: expected 1"), (&[21], "node of this event in the real motion")] {
+        let mut lifted =
+            hamiltonian_adjoint::LiftedSolver::<hamiltonian_adjoint::Cx>::new(&system, &given, Settings::default())?;
+        let other = with_events(&system, given.grid.clone(), nodes);
+        assert_says(&lifted.simulate(&other.lift()).expect_err("other events"), &[words]);
+    }
+    let mut turning = given.clone();
+    turning.grid.steps[5] = -0.01;
+    assert_says(
+        &Solver::new(&system, Settings::default()).simulate(&turning).expect_err("no order"),
+        &["step 6", "same sign"],
+    );
+    Ok(())
+}
+
+#[test]
+fn phases_end_at_events_at_the_end_of_the_grid_and_at_simultaneous_events() -> Result<(), Error> {
+    let system = ball(1e4, 1.5);
+    let mut solver = Solver::new(&system, Settings::default());
+    let exact = (2.0f64 / 9.81).sqrt();
+    for end in [exact, exact * (1.0 + 1e-15)] {
+        let phases = solver.find_phases(&Inputs::at_rest(&system, Grid::uniform(64, end / 64.0)), 8)?;
+        assert_eq!((phases.events.len(), phases.grid.steps.len()), (1, phases.events[0].node));
+        assert!((solver.simulate(&phases)?.times[phases.events[0].node] - exact).abs() < 1e-13);
+    }
+    let nothing = solver.find_phases(&Inputs::at_rest(&system, Grid::uniform(0, 0.1)), 8);
+    assert_says(&nothing.expect_err("no steps"), &["one or more"]);
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    for name in ["left", "right"] {
+        let ball = scene.particle(name, 1.0, [0.0, 1.0]);
+        scene.event(name, Height, [ball.coordinates[1]], [], [], [0.5.into()]);
+    }
+    let system = scene.compile()?;
+    let mut solver = Solver::new(&system, Settings::default());
+    let mut both = Inputs::at_rest(&system, Grid::uniform(64, 0.01));
+    let phases = solver.find_phases(&both, 8)?;
+    assert_eq!(phases.events.len(), 1);
+    solver.simulate(&phases)?;
+    both.events = vec![system.event(0).at(30), system.event(1).at(32)];
+    assert_says(&solver.simulate(&both).expect_err("no time between them"), &["`right`", "does not happen"]);
+    Ok(())
+}
+
+#[test]
+fn events_are_located_at_late_times_as_at_early_ones() -> Result<(), Error> {
+    let system = ball(1e4, 1.5);
+    for start in [0.0, 1e3, 1e6, 1e9] {
+        let mut late = with_events(&system, Grid::uniform(60, 0.02), &[20]);
+        late.grid.start = start;
+        let height = Solver::new(&system, Settings::default()).simulate(&late)?.q[(1, 20)];
+        assert!(height.abs() < 1e-14, "{height:e} at {start:e} s");
+    }
+    Ok(())
+}

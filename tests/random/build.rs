@@ -16,6 +16,8 @@ use crate::parts::{AirDrag, Magnet, Parabola};
 pub struct Built {
     pub scene: Scene,
     pub inertia: Vec<f64>,
+    pub coordinates: Vec<Coordinate>,
+    pub multipliers: Vec<Multiplier>,
 }
 
 /// The scene of a description.
@@ -29,7 +31,8 @@ pub fn scene(description: &Description) -> Built {
     description.redundant.iter().for_each(|redundant| builder.redundant(*redundant));
     description.loads.iter().for_each(|load| builder.load(load));
     description.terms.iter().for_each(|term| builder.term(term));
-    Built { scene: builder.scene, inertia: builder.inertia }
+    let Builder { scene, inertia, coordinates, multipliers, .. } = builder;
+    Built { scene, inertia, coordinates, multipliers }
 }
 
 /// The inputs of a description for its compiled scene.
@@ -122,6 +125,7 @@ struct Builder<'d> {
     controls: Vec<Control>,
     designs: Vec<Design>,
     parts: Vec<Part>,
+    coordinates: Vec<Coordinate>,
     /// x and y of every body and the coordinates of every group.
     doublets: Vec<[Coordinate; 2]>,
     multipliers: Vec<Multiplier>,
@@ -178,6 +182,7 @@ impl<'d> Builder<'d> {
             controls: Vec::new(),
             designs: Vec::new(),
             parts: vec![GROUND],
+            coordinates: Vec::new(),
             doublets: Vec::new(),
             multipliers: Vec::new(),
             names: 0,
@@ -261,6 +266,7 @@ impl<'d> Builder<'d> {
         self.inertia.extend([mass, mass, inertia]);
         let part = Part { frame: body.into(), place };
         self.parts.push(part);
+        self.coordinates.extend(body.coordinates);
         self.doublets.push([body.coordinates[0], body.coordinates[1]]);
         part
     }
@@ -343,6 +349,7 @@ impl<'d> Builder<'d> {
         let name = self.name("group");
         let q = self.scene.coordinates(&name, ["first", "second"]);
         self.doublets.push(q);
+        self.coordinates.extend(q);
         self.scene.place(q[0], group.place[0]);
         self.scene.place(q[1], group.place[1]);
         let mut c = self.constants(group.binding);

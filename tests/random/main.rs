@@ -11,6 +11,7 @@ mod crossed;
 mod description;
 mod elements;
 mod exact;
+mod located;
 #[path = "../scenes/elements.rs"]
 #[allow(dead_code)]
 mod parts;
@@ -209,4 +210,37 @@ fn gradients_are_exact_with_restarts_halved_steps_and_grids_of_all_kinds_and_the
     budgets.print("the same within budgets of memory");
     assert!(tally.share(EXACT) >= 0.9, "too few of the scenes can be simulated");
     assert!(budgets.share(CHECKPOINTS) >= 0.3, "too few of the motions have checkpoints");
+}
+
+#[test]
+fn gradients_and_products_with_located_events_are_exact_and_the_same_from_checkpoints() {
+    let (tally, products) = (Tally::default(), Tally::default());
+    try_all(cases(), located::scene_with_events(), |(description, events)| {
+        let moved = match located::run(&description, &events).map_err(TestCaseError::fail)? {
+            Ok(moved) => moved,
+            Err(None) => return Ok(()),
+            Err(Some(error)) => {
+                let is_event = matches!(
+                    error,
+                    Error::EventNotReached { .. } | Error::EventAtEnd { .. } | Error::EventNotLocated { .. }
+                );
+                let is_known = is_event || accident(&error) || unsound(&error);
+                tally.count_error(&error);
+                return if is_known { Ok(()) } else { Err(TestCaseError::fail(format!("{error:?}"))) };
+            }
+        };
+        crossed::compare_with_checkpoints(&description, &moved).map_err(TestCaseError::fail)?;
+        tally.compare(&description, &moved)?;
+        match exact::disagreement_of_products(&description, &moved) {
+            Ok(Some(found)) if found.is_exact() => products.count(EXACT),
+            Ok(Some(found)) if found.is_told() => products.count(TOLD),
+            Ok(Some(found)) => return Err(TestCaseError::fail(format!("{:e}: {}", found.error, found.what))),
+            Ok(None) | Err(_) => products.count(NO_REFERENCE),
+        }
+        Ok(())
+    });
+    tally.print("random scenes with located events");
+    products.print("their products");
+    assert!(tally.share(EXACT) >= 0.85, "too few of the events are found");
+    assert!(products.share(EXACT) >= 0.95, "too few of the products can be compared");
 }

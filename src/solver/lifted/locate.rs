@@ -18,7 +18,7 @@ struct Pass<R> {
 impl<R: Real> Lifted<R> {
     /// Computes all nodes after the start for these given inputs, whose events are located in the real motion.
     pub(super) fn step_located(&mut self, near: &mut Near, given: &Inputs<R>, refinement: &Refinement) -> Result<(), Error> {
-        let (phases, mut taken) = (Phases::new(given), given.clone());
+        let (phases, mut taken) = (Phases::new(&given.events, given.grid.steps.len()), given.clone());
         let scales = near.motion.scales.clone();
         let mut left = given.grid.steps.iter().fold(R::zero(), |sum, &dt| sum + dt);
         let mut first = 1;

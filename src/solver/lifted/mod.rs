@@ -208,11 +208,18 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
             ("controls: rows (channels)", real.controls.nrows(), inputs.controls.nrows()),
             ("controls: columns (nodes, one more than steps)", real.controls.ncols() - inserted, inputs.controls.ncols()),
             ("design variables", real.design.len(), inputs.design.len()),
+            ("events", real.events.len(), inputs.events.len()),
         ];
-        match sizes.into_iter().find(|(_, expected, found)| expected != found) {
-            Some((what, expected, found)) => Err(Error::Size { what, expected, found }),
-            None if matches!(inputs.start, Start::Assembled { .. }) => Ok(()),
-            None => real.start.check_kind(&inputs.start),
+        let other = inputs.events.iter().zip(&real.events).find(|(own, real)| own != real);
+        match (sizes.into_iter().find(|(_, expected, found)| expected != found), other) {
+            (Some((what, expected, found)), _) => Err(Error::Size { what, expected, found }),
+            (None, Some((own, real))) => {
+                let name = self.real.system().event_name(real.event.index());
+                let what = format!("a node in `Inputs::events`, where the real motion has event `{name}`,");
+                Err(Error::Parameter { what, value: own.node as f64, must_be: "the node of this event in the real motion" })
+            }
+            (None, None) if matches!(inputs.start, Start::Assembled { .. }) => Ok(()),
+            (None, None) => real.start.check_kind(&inputs.start),
         }
     }
 }

@@ -253,7 +253,10 @@ impl<'s> LongSolver<'s> {
         if inputs.events.is_empty() {
             return Ok(());
         }
-        let taken = self.forward.locate(self.system, inputs, &self.settings)?;
+        let taken = self.forward.locate(self.system, inputs, &self.settings).map_err(|error| match error {
+            Error::Memory { needed, .. } => self.too_little(2 * needed, 0),
+            error => error,
+        })?;
         let scales = self.forward.motion.scales.clone();
         self.begin_planned(&taken)?;
         self.forward.motion.scales = scales;
@@ -308,6 +311,7 @@ impl<'s> LongSolver<'s> {
             self.values = (is_known && is_complete).then(|| sums.values(self.system));
             let has_room = result?;
             if is_complete {
+                self.forward.warn_of_events();
                 return Ok(as_planned);
             }
             if !has_room {
