@@ -36,6 +36,8 @@ const TIME: f64 = 100.0 * f64::EPSILON;
 const MOST_ROUNDING: f64 = 1e-3;
 /// At an event the function is below this fraction of its largest value in the first pass.
 const POLE: f64 = 1e-3;
+/// A zero that was not seen may lie before the end of the phase by less than one minus this fraction, because the steps have changed.
+const EARLIER: f64 = 0.999;
 /// A single step after the same event is longer than this fraction of the given one.
 const EMPTY: f64 = 1e-6;
 /// An event is grazed if the rate of its function, times the length of the phase, is below this fraction of the largest value of the function.
@@ -236,7 +238,7 @@ impl Search {
         // Of several zeros the first one counts.
         let is_near = first.is_some_and(|(root, is_last)| is_last && (root - end).abs() < 0.05 * end.abs());
         let is_single = self.samples.0.len() == 2 && begins_with_zero;
-        let earliest = if is_single { 0.0 } else { 0.95 };
+        let earliest = if is_single { 0.0 } else { EARLIER };
         let target = match root {
             Some(root) if !is_near => root,
             // A zero that was not seen is not earlier, except in a single step after the same event.

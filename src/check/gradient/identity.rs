@@ -19,7 +19,7 @@ use crate::accelerations::CostSum;
 use crate::check::direct::moved;
 use crate::motion::Refinement;
 use crate::system::CostFactors;
-use crate::{AdjointVariables, Error, Gradient, Inputs, Settings};
+use crate::{AdjointVariables, Error, Gradient, Inputs};
 
 /// Error of the adjoint–tangent identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,21 +34,6 @@ pub struct Identity {
     pub first_wrong: Option<usize>,
 }
 
-/// The identity of a motion with located events, for the motion with the steps that were found: that of times of events is none of adjoint variables.
-fn of_found_steps(subject: Subject, direction: &Inputs, within: (f64, f64)) -> Result<Identity, Error> {
-    let (solver, _) = subject.solved()?;
-    let (taken, motion) = (&solver.inputs().grid.steps, solver.trajectory());
-    let mut found = Inputs { events: Vec::new(), ..subject.inputs.clone() };
-    for (k, step) in found.grid.steps.iter_mut().enumerate() {
-        *step = taken[motion.column_of(k)..motion.column_of(k + 1)].iter().sum();
-    }
-    let subject = Subject { inputs: &found, settings: Settings { keep_adjoint: true, ..subject.settings }, ..subject };
-    let (solver, gradient) = subject.solved()?;
-    let adjoint = solver.adjoint_variables().ok_or(Error::Incomplete { expected: found.grid.nodes(), computed: 0 })?;
-    let direction = Inputs { events: Vec::new(), ..direction.clone() };
-    identity(subject, &direction, (&gradient, adjoint), within)
-}
-
 /// Compares both sides at the nodes N … 1.
 pub(super) fn identity(
     subject: Subject,
@@ -57,9 +42,6 @@ pub(super) fn identity(
     (floor, tolerance): (f64, f64),
 ) -> Result<Identity, Error> {
     let Subject { system, inputs, settings, which } = subject;
-    if !inputs.events.is_empty() {
-        return of_found_steps(subject, direction, (floor, tolerance));
-    }
     let mut solver = subject.lifted::<Dual64>()?;
     let inserted = solver.real().trajectory().inserted.clone();
     let taken = solver.real().inputs().clone();

@@ -53,7 +53,7 @@ pub struct GradientReport {
     pub worst_singles: Vec<DirectionReport>,
     /// The Taylor remainder test, in all inputs together.
     pub taylor: Taylor,
-    /// The dot-product identity, in controls and initial values.
+    /// The dot-product identity, in controls and initial values; `None` for motions with located events.
     pub identity: Option<Identity>,
     /// Rounding of direct differentiation and complex step along the random directions, relative to the unknowns of a step (see
     /// [`LiftedSolver::rounding`](crate::LiftedSolver::rounding)): about 1e-14, more if tangent matrices are nearly singular or springs are
