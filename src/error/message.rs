@@ -29,7 +29,7 @@ impl fmt::Display for Error {
                 write!(f, "more than one {kind} has the name `{name}`; names must be unique")
             }
             Error::Foreign { element, kind } => {
-                let article = if kind.starts_with('o') { "an" } else { "a" };
+                let article = if kind.starts_with(['o', 'e']) { "an" } else { "a" };
                 write!(f, "`{element}` refers to {article} {kind} of another scene; use handles of the scene that contains it")
             }
             Error::ParameterFormula { parameter, branches: true } => write!(

@@ -90,7 +90,7 @@ pub(crate) fn check_events(inputs: &Inputs, system: &System) -> Result<(), Error
     }
     for &Occurrence { event, node } in &inputs.events {
         if event.index() >= system.events() || !system.owns(event.0) {
-            return Err(Error::NoSuchInput { input: format!("event {}", event.index()) });
+            return Err(Error::Foreign { element: "Inputs::events".into(), kind: "event" });
         }
         let must_be = if node <= before {
             "larger than that of the event before it, and larger than 0"

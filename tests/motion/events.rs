@@ -133,7 +133,7 @@ fn what_cannot_be_located_is_said() -> Result<(), Error> {
     assert_says(&fails(&with_events(&system, grid(0.8), &[0])), &["larger than 0"]);
     let foreign: Event = ball(1e4, 1.0).event(0);
     let other = Inputs { events: vec![foreign.at(3)], ..Inputs::at_rest(&system, grid(0.8)) };
-    assert_says(&fails(&other), &["event 0"]);
+    assert_says(&fails(&other), &["`Inputs::events`", "an event of another scene"]);
     let mut part = with_events(&system, grid(0.8), &[20]);
     part.grid.around = [3, 0];
     assert_says(&fails(&part), &["part of a longer motion"]);
