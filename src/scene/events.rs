@@ -24,7 +24,7 @@ impl Scene {
     /// }
     ///
     /// let mut scene = Scene::new();
-    /// let ball = scene.point_mass("ball", 1.0, [0.0, 2.0]);
+    /// let ball = scene.particle("ball", 1.0, [0.0, 2.0]);
     /// scene.gravity(0.0, -9.81);
     /// let landing = scene.event("landing", Height, [ball.coordinates[1]], [], [], []);
     /// let time = scene.event_time("time of landing", 0);
