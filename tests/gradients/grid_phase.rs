@@ -8,12 +8,12 @@ use hamiltonian_adjoint::{
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// The height of a moving floor over the tip of a rod.
-fn depth<S: Scalar>(q: [S; 3], b: S, t: S) -> S {
+pub fn depth<S: Scalar>(q: [S; 3], b: S, t: S) -> S {
     b + (t * 5.0).sin() * 0.02 - (q[1] + q[2].sin() * 0.5)
 }
 
 /// A moving floor under the tip of a rod with the coordinates x, y and φ.
-struct Floor;
+pub struct Floor;
 
 impl Force<3, 0, 2> for Floor {
     fn force<S: Scalar>(&self, at: &ForcePoint<S, 3, 0>, b: &SVector<S, 2>) -> SVector<S, 3> {
@@ -22,7 +22,8 @@ impl Force<3, 0, 2> for Floor {
     }
 }
 
-struct Depth;
+/// The depth of the tip in the floor.
+pub struct Depth;
 
 impl Cost<3, 0, 0, 1> for Depth {
     fn cost<S: Scalar>(&self, at: &CostPoint<S, 3, 0, 0>, b: &SVector<S, 1>) -> S {

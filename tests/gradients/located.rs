@@ -3,35 +3,13 @@
 use hamiltonian_adjoint::check::Input;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Composition, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Param,
-    Real, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System,
+    Composition, Cost, CostPoint, Error, Gradient, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Param, Real, Scalar,
+    Scene, Scheme, Settings, Solver, Start, Sum, System,
 };
 use nalgebra::SVector;
 
 use crate::common::assert_gradient_is_exact_with;
-
-/// The height of a moving floor over the tip of a rod.
-fn depth<S: Scalar>(q: [S; 3], b: S, t: S) -> S {
-    b + (t * 5.0).sin() * 0.02 - (q[1] + q[2].sin() * 0.5)
-}
-
-/// A moving floor under the tip of a rod with the coordinates x, y and φ.
-struct Floor;
-
-impl Force<3, 0, 2> for Floor {
-    fn force<S: Scalar>(&self, at: &ForcePoint<S, 3, 0>, b: &SVector<S, 2>) -> SVector<S, 3> {
-        let push = b[1] * depth(at.q.into(), b[0], at.t).max(S::zero()).powf(1.5);
-        SVector::from([S::zero(), push, push * at.q[2].cos() * 0.5])
-    }
-}
-
-struct Depth;
-
-impl Cost<3, 0, 0, 1> for Depth {
-    fn cost<S: Scalar>(&self, at: &CostPoint<S, 3, 0, 0>, b: &SVector<S, 1>) -> S {
-        depth(at.q.into(), b[0], at.t)
-    }
-}
+use crate::grid_phase::{Depth, Floor, depth};
 
 /// The rate of the angle, less a control and a reaction.
 struct Turns;
