@@ -6,6 +6,7 @@ mod formulas;
 mod lost;
 mod motion;
 mod tree;
+mod work;
 
 use hamiltonian_adjoint::check::Random;
 use hamiltonian_adjoint::planar::Body;
