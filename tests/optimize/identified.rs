@@ -24,11 +24,15 @@ const NOISE: f64 = 1e-3;
 /// A scene, its parameters with their guesses, and the coordinate that is read; it has one control.
 type Machine = fn(&mut Scene) -> ([Design; 3], Coordinate);
 
-/// A rod that hangs on a spring, with friction.
 fn pendulum(scene: &mut Scene) -> ([Design; 3], Coordinate) {
+    hanging_rod(scene, [0.2, 2.0])
+}
+
+/// A rod that hangs on a spring, with friction, and with these friction and stiffness.
+pub fn hanging_rod(scene: &mut Scene, [friction, stiffness]: [f64; 2]) -> ([Design; 3], Coordinate) {
     scene.gravity(0.0, -9.81);
-    let (mass, friction) = (scene.design("mass", 1.0), scene.design("friction", 0.2));
-    let stiffness = scene.design("stiffness", 2.0);
+    let (mass, friction) = (scene.design("mass", 1.0), scene.design("friction", friction));
+    let stiffness = scene.design("stiffness", stiffness);
     let rod = scene.body("rod", mass, mass * (1.0 / 12.0), [0.0, -0.5, -FRAC_PI_2]);
     scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
     scene.joint_friction("pivot friction", Body::GROUND, rod, friction);

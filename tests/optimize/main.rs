@@ -769,21 +769,13 @@ fn a_start_that_is_assembled_may_be_free() {
 /// A pendulum with friction and a spring, whose angle is read off every tenth of a second for 2 s.
 fn pendulum(readings: &[f64]) -> (System, [Free; 3]) {
     let mut scene = Scene::new();
-    scene.gravity(0.0, -9.81);
-    let (mass, friction) = (scene.design("mass", 1.0), scene.design("friction", 0.1));
-    let stiffness = scene.design("stiffness", 1.0);
-    let rod = scene.body("rod", mass, mass * (1.0 / 12.0), [0.0, -0.5, -FRAC_PI_2]);
-    scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), rod.at(-0.5, 0.0));
-    scene.joint_friction("pivot friction", Body::GROUND, rod, friction);
-    scene.torsional_spring_damper("coil", Body::GROUND, rod, stiffness, -FRAC_PI_2, 0.0);
-    let torque = scene.control("torque");
-    scene.torque_actuator("motor", Body::GROUND, rod, torque);
+    let (parameters, angle) = identified::hanging_rod(&mut scene, [0.1, 1.0]);
     for (k, reading) in readings.iter().enumerate() {
         let name = format!("reading {k}");
         let output = scene.output(&name);
-        scene.term(output, &name, Angle, Sum::Node(5 * (k + 1)), [rod.coordinates[2]], [], [], [(*reading).into()]);
+        scene.term(output, &name, Angle, Sum::Node(5 * (k + 1)), [angle], [], [], [(*reading).into()]);
     }
-    let free = [mass, friction, stiffness].map(|design| Free::design(design).logarithmic());
+    let free = parameters.map(|design| Free::design(design).logarithmic());
     (scene.compile().expect("a system"), free)
 }
 
