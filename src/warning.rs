@@ -179,9 +179,9 @@ pub enum Warning {
     Grazed {
         /// The event.
         event: String,
-        /// Its node.
+        /// The node of the event.
         node: usize,
-        /// Its time, s.
+        /// The time of the event, s.
         time: f64,
         /// The rate times the length of the steps since the event before, relative to the largest value of the function in these steps.
         share: f64,
@@ -190,7 +190,7 @@ pub enum Warning {
     MissedEvent {
         /// The event.
         event: String,
-        /// Its node.
+        /// The node of the event.
         node: usize,
         /// The time at which its function seems to be zero, s.
         time: f64,

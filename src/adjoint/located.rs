@@ -117,7 +117,7 @@ impl Located {
         mu
     }
 
-    /// Whether the derivatives of a Lagrangian are known.
+    /// True after [`complete_lagrangian`](Self::complete_lagrangian), so that products can be completed.
     pub(crate) fn has_lagrangian(&self) -> bool {
         self.lagrangian.is_some()
     }

@@ -334,7 +334,7 @@ pub enum Error {
         until: f64,
         /// The time at which the function is closest to zero, s.
         closest: f64,
-        /// Its value there.
+        /// The value of the function at that time.
         gap: f64,
     },
     /// The zero of the function of an event is not found by changing the length of the steps before it.
@@ -352,9 +352,9 @@ pub enum Error {
     EventAtEnd {
         /// The event.
         event: String,
-        /// Its node.
+        /// The node of the event.
         node: usize,
-        /// Its time, s.
+        /// The time of the event, s.
         time: f64,
         /// The time from the event to the end of the grid, s.
         left: f64,
@@ -363,9 +363,9 @@ pub enum Error {
     EventGrazed {
         /// The event.
         event: String,
-        /// Its node.
+        /// The node of the event.
         node: usize,
-        /// Its time, s.
+        /// The time of the event, s.
         time: f64,
         /// The derivative of the function by the time.
         slope: f64,

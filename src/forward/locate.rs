@@ -189,7 +189,7 @@ impl ForwardSweep {
                 }
                 let g = system.event_value(search.of.event.index(), &self.motion.at(node));
                 if !g.is_finite() {
-                    let what = format!("event {} at node {}", quoted(system.event_name(search.of.event.index())), node);
+                    let what = format!("event {} at node {node}", quoted(&search.name(system)));
                     return Err(Error::NotFinite { what, value: g });
                 }
                 search.samples.0.push((time, g));
@@ -304,18 +304,23 @@ impl Search {
     /// Warnings of a phase that has been located and ends at this time.
     fn warn(&self, system: &System, end: f64, slope: f64) -> Vec<Warning> {
         let start = end - self.length;
-        let (event, node) = (system.event_name(self.of.event.index()), self.of.node);
+        let (event, node) = (self.name(system), self.of.node);
         let share = (slope * self.length).abs() / self.samples.largest();
         let is_crossed = share >= GRAZED;
-        let grazed = (!is_crossed).then(|| Warning::Grazed { event: event.into(), node, time: end, share });
-        let missed = self.samples.missed().map(|at| Warning::MissedEvent { event: event.into(), node, time: start + at });
+        let grazed = (!is_crossed).then(|| Warning::Grazed { event: event.clone(), node, time: end, share });
+        let missed = self.samples.missed().map(|at| Warning::MissedEvent { event: event.clone(), node, time: start + at });
         grazed.into_iter().chain(missed).collect()
+    }
+
+    /// The name of the event.
+    fn name(&self, system: &System) -> String {
+        system.event_name(self.of.event.index()).into()
     }
 
     fn not_reached(&self, system: &System, start: f64) -> Error {
         let (at, gap) = self.samples.closest();
         Error::EventNotReached {
-            event: system.event_name(self.of.event.index()).into(),
+            event: self.name(system),
             node: self.of.node,
             until: start + self.length,
             closest: start + at,
@@ -325,8 +330,7 @@ impl Search {
 
     fn not_located(&self, system: &System, start: f64) -> Error {
         let (end, gap) = self.samples.end();
-        let event = system.event_name(self.of.event.index()).into();
-        Error::EventNotLocated { event, node: self.of.node, time: start + end, gap }
+        Error::EventNotLocated { event: self.name(system), node: self.of.node, time: start + end, gap }
     }
 }
 

@@ -21,7 +21,7 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
     if !settings.may_restart() && forward.motion.trajectory.compliance.is_empty() {
         return Ok(());
     }
-    let Some(steps) = macro_steps(forward, node) else { return Ok(()) };
+    let Some(steps) = forward.motion.macro_steps(node) else { return Ok(()) };
     let rebase = settings.rebase_every > 0 && steps.is_multiple_of(settings.rebase_every);
     // With a bound of 0.0 at every macro step, even if rounding happens to leave Φ = 0.
     let may_drift = settings.drift_bound < f64::INFINITY && system.m() > 0;
@@ -42,13 +42,6 @@ pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, se
     }
     keep_end(forward, node);
     Ok(())
-}
-
-/// The number of macro steps of the whole motion before a node; `None` if no macro step ends there.
-fn macro_steps(forward: &ForwardSweep, node: usize) -> Option<usize> {
-    let (inserted, grid) = (&forward.motion.trajectory.inserted, &forward.motion.inputs.grid);
-    let before = inserted.partition_point(|&inserted| inserted < node);
-    if inserted.get(before) == Some(&node) { None } else { grid.macro_steps(node - before) }
 }
 
 /// Stores σ at the end of a macro step for later restarts.

@@ -43,11 +43,16 @@ impl Motion {
         self.inputs.grid.around[0] + node - self.trajectory.inserted.partition_point(|&inserted| inserted < node)
     }
 
+    /// The number of macro steps of the whole motion before a node; `None` if no macro step ends there.
+    pub(crate) fn macro_steps(&self, node: usize) -> Option<usize> {
+        let inserted = &self.trajectory.inserted;
+        let before = inserted.partition_point(|&inserted| inserted < node);
+        if inserted.get(before) == Some(&node) { None } else { self.inputs.grid.macro_steps(node - before) }
+    }
+
     /// True if a macro step ends at a node, or if it was inserted into a step that is none of several.
     pub(crate) fn ends_macro_step(&self, node: usize) -> bool {
-        let before = self.trajectory.inserted.partition_point(|&inserted| inserted < node);
-        let is_given = self.trajectory.inserted.get(before) != Some(&node);
-        self.inputs.grid.stages == 1 || is_given && self.inputs.grid.macro_steps(node - before).is_some()
+        self.inputs.grid.stages == 1 || self.macro_steps(node).is_some()
     }
 
     /// The length of the given step that contains the current step, which ends at `node`.

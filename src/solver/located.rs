@@ -11,22 +11,24 @@ impl Solver<'_> {
         !self.forward.motion.inputs.events.is_empty()
     }
 
-    /// The derivatives of the functions of the events.
+    /// The derivatives of the functions of the events, computed once for each motion.
     pub(super) fn located(&mut self) -> Result<&mut Located, Error> {
-        if self.located.is_none() {
-            let Solver { system, settings, forward, rows, phase, .. } = self;
-            phase.examine_all(system, &forward.stepper.newton.linearisation.evaluation, &forward.motion);
-            let unlocated = phase.unlocated(system, &forward.motion);
-            let count = forward.motion.inputs.events.len();
-            rows.resize_with(count.max(rows.len()), || AdjointSweep::new(system, settings.scheme));
-            let settings = Settings { keep_adjoint: false, ..*settings };
-            AdjointSweep::run(&mut rows[..count], system, &mut forward.solved(), &settings, |k, factors| {
-                factors.choose_event(k)
-            })?;
-            let rows = rows[..count].iter().map(|row| row.gradient.clone()).collect();
-            self.located = Some(Located::new(system, &forward.motion, (rows, unlocated))?);
-        }
-        self.located.as_mut().ok_or(Error::EventsInPart)
+        let known = self.located.take();
+        let located = known.map_or_else(|| self.differentiate_events(), Ok)?;
+        Ok(self.located.insert(located))
+    }
+
+    fn differentiate_events(&mut self) -> Result<Located, Error> {
+        let Solver { system, settings, forward, rows, phase, .. } = self;
+        phase.examine_all(system, &forward.stepper.newton.linearisation.evaluation, &forward.motion);
+        let unlocated = phase.unlocated(system, &forward.motion);
+        let count = forward.motion.inputs.events.len();
+        rows.resize_with(count.max(rows.len()), || AdjointSweep::new(system, settings.scheme));
+        let settings = Settings { keep_adjoint: false, ..*settings };
+        let choose = |k, factors: &mut CostFactors| factors.choose_event(k);
+        AdjointSweep::run(&mut rows[..count], system, &mut forward.solved(), &settings, choose)?;
+        let rows = rows[..count].iter().map(|row| row.gradient.clone()).collect();
+        Located::new(system, &forward.motion, (rows, unlocated))
     }
 
     /// The gradient of a weighted sum of J and the outputs, as a function of the given steps.

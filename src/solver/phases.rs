@@ -96,16 +96,20 @@ impl Solver<'_> {
     /// The changes of sign of the functions of all events along the motion, by linear interpolation between nodes.
     fn crossings(&self) -> Vec<Crossing> {
         let motion = &self.forward.motion;
-        let value = |event: usize, node: usize| self.system.event_value(event, &motion.at(node));
         let start = motion.inputs.grid.start;
-        let between = |event: usize, node: usize| {
-            let [before, after]: [f64; 2] = [node - 1, node].map(|node| value(event, node));
-            let [from, to] = [node - 1, node].map(|node| motion.time(node));
-            let share = before / (before - after);
-            let crosses = before * after < 0.0 || before != 0.0 && after == 0.0;
-            crosses.then_some(Crossing { event, time: from + share * (to - from) - start })
-        };
-        let events = 0..self.system.events();
-        events.flat_map(|event| (1..motion.nodes()).filter_map(move |node| between(event, node))).collect()
+        let mut crossings = Vec::new();
+        for event in 0..self.system.events() {
+            let mut before = self.system.event_value(event, &motion.at(0));
+            for node in 1..motion.nodes() {
+                let after: f64 = self.system.event_value(event, &motion.at(node));
+                if before * after < 0.0 || before != 0.0 && after == 0.0 {
+                    let [from, to] = [node - 1, node].map(|node| motion.time(node));
+                    let share = before / (before - after);
+                    crossings.push(Crossing { event, time: from + share * (to - from) - start });
+                }
+                before = after;
+            }
+        }
+        crossings
     }
 }

@@ -119,7 +119,9 @@ impl Costs {
 
     /// The function of an event.
     pub(in crate::system) fn of_event(&self, event: usize) -> Option<&PlacedCost> {
-        self.items.iter().find(|item| item.output == EVENTS + event)
+        let which = EVENTS + event;
+        let batch = among(&self.anywhere, which..which + 1).first().map(|(_, batch)| &self.batches[*batch])?;
+        batch.first().map(|&index| &self.items[index])
     }
 
     /// Adds the formulas of all recorded costs to a fingerprint.
