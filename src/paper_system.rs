@@ -140,7 +140,7 @@ impl<'a> PaperSystem<'a> {
     /// The system at the nodes of a motion.
     ///
     /// # Errors
-    /// A motion that is incomplete, has restarts or another scheme than the trapezoidal rule; inputs of another size; invalid inserted
+    /// A motion that is incomplete, has restarts, steps of length zero or another scheme than the trapezoidal rule; inputs of another size; invalid inserted
     /// nodes.
     pub fn new(system: &'a System, inputs: &'a Inputs, trajectory: &'a Trajectory) -> Result<Self, Error> {
         if trajectory.computed == 0 || trajectory.computed < trajectory.times.len() {
@@ -152,6 +152,9 @@ impl<'a> PaperSystem<'a> {
         }
         if let Some(&node) = trajectory.restarted.first() {
             return Err(Error::Restarted { node, time: trajectory.times[node] });
+        }
+        if let Some(step) = inputs.grid.steps.iter().position(|dt| *dt == 0.0) {
+            return Err(Error::TimeStep { step: trajectory.refinement(inputs)?.step_of_whole(step + 1), length: 0.0 });
         }
         Ok(PaperSystem { system, inputs, trajectory, refinement: trajectory.refinement(inputs)? })
     }

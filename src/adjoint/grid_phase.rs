@@ -105,8 +105,8 @@ impl GridPhase {
     /// The first kink of an examined motion with located events that none of them locates.
     pub(crate) fn unlocated(&self, system: &System, motion: &Motion) -> Option<Warning> {
         // By rounding, a kink at the node of an event lies before it or behind it.
-        let is_located =
-            |given: usize| motion.inputs.events.iter().any(|event| event.node == given || event.node + 1 == given);
+        let is_at = |given: usize| motion.inputs.events.iter().any(|event| self.times[event.node] == self.times[given]);
+        let is_located = |given: usize| is_at(given) || is_at(given - motion.inputs.grid.stages);
         let is_real = |kink: &Crossing| kink.change.abs() > ROUNDING * self.largest[kink.kink];
         let mut kinks = self.stops.iter().filter_map(|stop| Some((stop.given, stop.kink.filter(is_real)?)));
         let (given, crossing) = kinks.find(|(given, _)| !is_located(*given))?;
@@ -154,7 +154,7 @@ impl GridPhase {
         self.times.push(at.t);
         // Inside a macro step, nodes lie in any order.
         if motion.inputs.grid.macro_steps(given).is_some() {
-            let kink = self.crossing(&at, given > 0);
+            let kink = self.crossing(&at, given > 0 && motion.length(node) != 0.0);
             self.stops.extend(kink.map(|kink| Stop { given, kink: Some(kink) }));
         }
     }
@@ -189,7 +189,7 @@ impl GridPhase {
         old.into_iter().zip(sweeps.get_mut(1)).for_each(|(old, frozen)| frozen.gradient = *old);
         sweeps[0].begin(system, motion, settings)?;
         choose(&mut sweeps[0].cost.factors);
-        self.arrange(system, &sweeps[0]);
+        self.arrange(system, motion, &sweeps[0]);
         (self.ahead, self.running, self.followed, self.worst) = (self.stops.len(), 1, None, (0.0, None));
         if self.stops.is_empty() {
             return Ok(());
@@ -205,15 +205,18 @@ impl GridPhase {
     }
 
     /// Leaves out kinks by rounding, and adds the nodes that stay unless there are no kinks.
-    fn arrange(&mut self, system: &System, sweep: &AdjointSweep) {
+    fn arrange(&mut self, system: &System, motion: &Motion, sweep: &AdjointSweep) {
         let Some(last) = self.nodes.len().checked_sub(1) else { return };
         let (factors, refinement, largest) = (&sweep.cost.factors, &sweep.refinement, &self.largest);
         let is_real = |kink: Crossing| kink.change.abs() > ROUNDING * largest[kink.kink];
         let is_read = |given: usize| system.has_reading(refinement.node_of_whole(self.nodes[given]), factors);
-        let moves = |stop: &Stop| (1..last).contains(&stop.given) && !is_read(stop.given) && stop.kink.is_none_or(is_real);
+        // Where a control jumps, it is a function of time only if the node stays.
+        let jumps = |node: usize| [node - 1, node].into_iter().any(|step| motion.inputs.grid.steps[step] == 0.0);
+        let stays = |given: usize| given == 0 || given == last || is_read(given) || jumps(self.nodes[given]);
+        let moves = |stop: &Stop| !stays(stop.given) && stop.kink.is_none_or(is_real);
         self.stops.retain(moves);
         if !self.stops.is_empty() {
-            let staying = (0..=last).filter(|&given| given == 0 || given == last || is_read(given));
+            let staying = (0..=last).filter(|&given| stays(given));
             self.stops.extend(staying.map(|given| Stop { given, kink: None }));
             self.stops.sort_unstable_by_key(|stop| stop.given);
         }

@@ -39,7 +39,7 @@ impl Growth {
         if !is_last && !node.is_multiple_of(Self::LOOK_EVERY) {
             return;
         }
-        let step = steps[node.saturating_sub(1)..].first().map_or(1.0, |dt| dt.abs());
+        let step = steps[..node.max(1).min(steps.len())].iter().rev().find(|dt| **dt != 0.0).map_or(1.0, |dt| dt.abs());
         let of_rates = |rates: &[f64]| weights.of_velocities(rates.iter().copied());
         let sizes = [
             self.duration * weights.of_momenta(&cost.q),

@@ -144,6 +144,9 @@ impl AdjointSweep {
         node: usize,
     ) {
         let (run, grid) = (&mut self.resolution, &motion.inputs.grid);
+        if motion.length(node) == 0.0 {
+            return run.end_run();
+        }
         if grid.stages > 1 {
             // The stages of a macro step compensate each other's errors.
             if self.refinement.given_node(node).is_some_and(|given| grid.macro_steps(given).is_some()) {

@@ -57,9 +57,10 @@ impl fmt::Display for Error {
             Error::Parameter { what, value, must_be } => write!(f, "{what} is {value}; it must be {must_be}"),
             Error::Size { what, expected, found } => write!(f, "{what}: expected {expected} entries, found {found}"),
             Error::NotFinite { what, value } => write!(f, "{what} is {value}; it must be finite"),
-            Error::TimeStep { step, length } => {
-                write!(f, "time step {step} has length {length} s; it must be finite and not zero")
-            }
+            Error::TimeStep { step, length } => write!(
+                f,
+                "time step {step} has length {length} s; it must be finite, and it may be zero only after the first step and beside longer ones, without costs on du/dt, and not in the paper's equations"
+            ),
             Error::InitialPosition { equation, violation, tolerance } => write!(
                 f,
                 "the initial coordinates violate {equation} by {violation:.3e} (tolerance {tolerance:.1e}); \
@@ -130,10 +131,14 @@ impl fmt::Display for Error {
             Error::Newton { step, time, iterations, length, residual, equation, driven, jump: None } => write!(
                 f,
                 "Newton's method did not converge in step {step} (t = {} s, last tried with Δt = {length:.3e} s): the relative residual after \
-                 iteration {iterations} is {residual:.2e} in {equation}; {}use shorter steps, or a larger \
-                 `Settings::max_iterations` or `Settings::max_halvings`",
+                 iteration {iterations} is {residual:.2e} in {equation}; {}{}",
                 seconds(*time),
-                out_of_reach(driven)
+                out_of_reach(driven),
+                if *length == 0.0 {
+                    "a step of length zero cannot be halved: use a larger `Settings::max_iterations`, or check what changes abruptly there"
+                } else {
+                    "use shorter steps, or a larger `Settings::max_iterations` or `Settings::max_halvings`"
+                }
             ),
             Error::StartKind { expected, found } => {
                 write!(

@@ -83,7 +83,7 @@ pub enum Error {
         /// Value of the entry.
         value: f64,
     },
-    /// The length of a time step is zero or not finite.
+    /// The length of a time step is not finite, or zero where this is not supported.
     TimeStep {
         /// The step, counted from 1.
         step: usize,

@@ -64,15 +64,17 @@ fn extrapolated(fine: &Gradient, coarse: &Gradient, steps: &[f64], share: f64) -
     sum.design += (&fine.design - &coarse.design) * share;
     *sum.start.q_mut() += (fine.start.q() - coarse.start.q()) * share;
     *sum.start.rate_mut() += (fine.start.rate() - coarse.start.rate()) * share;
-    let pairs = sum.steps.chunks_mut(2).zip(steps.chunks(2)).zip(&coarse.steps);
-    for ((of_pair, lengths), of_both) in pairs {
+    let kept = kept_nodes(steps);
+    for (pair, of_both) in kept.windows(2).zip(&coarse.steps) {
+        let (of_pair, lengths) = (&mut sum.steps[pair[0]..pair[1]], &steps[pair[0]..pair[1]]);
         let length = lengths.iter().sum::<f64>();
-        let together: f64 = of_pair.iter().zip(lengths).map(|(of, dt)| of * dt / length).sum();
+        let part = |dt: f64| if length == 0.0 { 1.0 } else { dt / length };
+        let together: f64 = of_pair.iter().zip(lengths).map(|(of, &dt)| of * part(dt)).sum();
         of_pair.iter_mut().for_each(|of| *of += share * (together - of_both));
     }
     for channel in 0..fine.controls.nrows() {
         let row = |of: &Gradient| of.controls.row(channel).iter().copied().collect::<Vec<f64>>();
-        let errors = errors_of_control((&row(fine), &row(coarse)), steps);
+        let errors = errors_of_control((&row(fine), &row(coarse)), steps, &kept);
         sum.controls.row_mut(channel).iter_mut().zip(errors).for_each(|(of, error)| *of += share * error);
     }
     sum
@@ -80,21 +82,21 @@ fn extrapolated(fine: &Gradient, coarse: &Gradient, steps: &[f64], share: f64) -
 
 /// The differences of the derivatives by one control, at all nodes. Along a control that is linear between every second node, they add up to the
 /// difference of both derivatives.
-fn errors_of_control((fine, coarse): (&[f64], &[f64]), steps: &[f64]) -> Vec<f64> {
-    let last = steps.len();
+fn errors_of_control((fine, coarse): (&[f64], &[f64]), steps: &[f64], kept: &[usize]) -> Vec<f64> {
+    let between = || kept.windows(2).filter(|pair| pair[0] + 1 < pair[1]).map(|pair| pair[0] + 1);
     // Such a control has the shares 1 − θ and θ of its neighbours at the nodes between them.
     let shares = |n: usize| {
         let right = steps[n - 1] / (steps[n - 1] + steps[n]);
         [(n - 1, 1.0 - right), (n + 1, right)]
     };
     let mut errors = vec![0.0; fine.len()];
-    coarse.iter().enumerate().for_each(|(k, of)| errors[(2 * k).min(last)] = fine[(2 * k).min(last)] - of);
-    for n in (1..last).step_by(2) {
+    kept.iter().zip(coarse).for_each(|(&n, of)| errors[n] = fine[n] - of);
+    for n in between() {
         shares(n).into_iter().for_each(|(k, share)| errors[k] += share * fine[n]);
     }
     // A quarter of each difference moves to the node before, a quarter to the node after.
-    let quarters: Vec<f64> = (1..last).step_by(2).map(|n| 0.25 * (errors[n - 1] + errors[n + 1])).collect();
-    for (n, of) in (1..last).step_by(2).zip(quarters) {
+    let quarters: Vec<f64> = between().map(|n| 0.25 * (errors[n - 1] + errors[n + 1])).collect();
+    for (n, of) in between().zip(quarters) {
         errors[n] = of;
         shares(n).into_iter().for_each(|(k, share)| errors[k] -= share * of);
     }
@@ -124,12 +126,34 @@ fn effects(inputs: &Inputs, of: &Gradient, on: &Inputs) -> Vec<f64> {
     of_one.chain(of_controls).collect()
 }
 
-/// The inputs with steps twice as long; controls keep their values at the nodes that remain.
+/// Both ends of steps of length zero, every second node between them, and the last one.
+fn kept_nodes(steps: &[f64]) -> Vec<usize> {
+    let mut is_half = false;
+    let mut is_kept = |&node: &usize| {
+        let moves = |step: usize| steps.get(step).is_some_and(|dt| *dt != 0.0);
+        is_half = !is_half && node > 0 && moves(node - 1) && moves(node);
+        !is_half
+    };
+    (0..=steps.len()).filter(|node| is_kept(node)).collect()
+}
+
+/// True if events, and steps of length zero, have multiples of four steps between them, of which every fourth node keeps both.
+pub(super) fn has_quarters(inputs: &Inputs) -> bool {
+    let (steps, mut count) = (&inputs.grid.steps, 0);
+    let mut fits = |node: usize| {
+        let is_event = inputs.events.iter().any(|event| event.node == node);
+        count = if steps[node - 1] == 0.0 { 0 } else { count + 1 };
+        !(is_event || steps.get(node) == Some(&0.0)) || count % 4 == 0
+    };
+    (1..=steps.len()).all(|node| fits(node))
+}
+
+/// The inputs with steps twice as long, without those of length zero; controls keep their values at the nodes that remain.
 pub(super) fn every_second(inputs: &Inputs) -> Inputs {
-    let steps = inputs.grid.steps.chunks(2).map(|pair| pair.iter().sum()).collect();
-    let last = inputs.grid.steps.len();
-    let nodes: Vec<usize> = (0..last).step_by(2).chain([last]).collect();
+    let nodes = kept_nodes(&inputs.grid.steps);
+    let steps = nodes.windows(2).map(|pair| inputs.grid.steps[pair[0]..pair[1]].iter().sum()).collect();
     let grid = Grid::new(inputs.grid.start, steps);
-    let events = inputs.events.iter().map(|event| Occurrence { node: event.node / 2, ..*event }).collect();
+    let place = |node: usize| nodes.partition_point(|kept| *kept < node);
+    let events = inputs.events.iter().map(|event| Occurrence { node: place(event.node), ..*event }).collect();
     Inputs { grid, controls: inputs.controls.select_columns(&nodes), events, ..inputs.clone() }
 }

@@ -17,7 +17,7 @@ use crate::{Error, Inputs, Settings, Solver, System, Warning};
 
 pub(crate) use outputs::errors_of_outputs;
 
-use levels::{Levels, best, derivatives, every_second};
+use levels::{Levels, best, derivatives, every_second, has_quarters};
 use residual::Residual;
 
 /// Margin of the estimated error of J.
@@ -78,8 +78,8 @@ pub struct Derivative {
 #[non_exhaustive]
 pub enum Withdrawn {
     /// A cost is read at a single node ([`Sum::Node`](crate::Sum::Node)) or summed over nodes without their steps ([`Sum::Plain`](crate::Sum::Plain),
-    /// [`Sum::AllNodes`](crate::Sum::AllNodes)), the grid is composed or has fewer than eight steps, or the number of the node of an event is not a
-    /// multiple of four: every second node has no motion with the same J.
+    /// [`Sum::AllNodes`](crate::Sum::AllNodes)), the grid is composed or has fewer than eight steps, or the number of steps before an event or a step of
+    /// length zero, since the last one, is not a multiple of four: every second node has no motion with the same J.
     NoCoarserGrid,
     /// The motion or its gradient has a warning which says that the steps do not resolve it.
     Warned(Warning),
@@ -174,8 +174,8 @@ pub(crate) fn estimate_of(
 
 /// The inputs on every second and every fourth node.
 fn coarser(system: &System, inputs: &Inputs) -> Result<[Inputs; 2], Withdrawn> {
-    let keeps = inputs.events.iter().all(|event| event.node.is_multiple_of(4));
-    if !keeps || inputs.grid.steps.len() < 8 || inputs.grid.stages > 1 || system.order_of_sums().is_none() {
+    let moving = inputs.grid.steps.iter().filter(|dt| **dt != 0.0).count();
+    if !has_quarters(inputs) || moving < 8 || inputs.grid.stages > 1 || system.order_of_sums().is_none() {
         return Err(Withdrawn::NoCoarserGrid);
     }
     let second = every_second(inputs);
@@ -296,7 +296,7 @@ impl fmt::Display for Withdrawn {
         match self {
             Withdrawn::NoCoarserGrid => write!(
                 f,
-                "a motion on every second node cannot be compared, because a cost is read at a single node or summed over nodes without their steps, the grid is composed or has fewer than eight steps, or the number of the node of an event is not a multiple of four"
+                "a motion on every second node cannot be compared, because a cost is read at a single node or summed over nodes without their steps, the grid is composed or has fewer than eight steps, or the number of steps before an event or a step of length zero, since the last one, is not a multiple of four"
             ),
             Withdrawn::Warned(warning) => write!(f, "{warning}"),
             Withdrawn::NoCoarserMotion(error) => write!(f, "on every second or fourth node there is no motion ({error})"),

@@ -20,10 +20,18 @@ pub(crate) fn errors_of_outputs(
     if inputs.grid.stages > 1 {
         return Ok(None);
     }
-    let halves: Vec<f64> = inputs.grid.steps.iter().flat_map(|step| [0.5 * step; 2]).collect();
-    let inserted: Vec<usize> = (1..halves.len()).step_by(2).collect();
+    // Steps of length zero have no middle.
+    let (mut halves, mut inserted, mut nodes) = (Vec::new(), Vec::new(), vec![0]);
+    for &step in &inputs.grid.steps {
+        if step != 0.0 {
+            halves.push(0.5 * step);
+            inserted.push(halves.len());
+        }
+        halves.push(0.5 * step);
+        nodes.push(halves.len());
+    }
     let mut halved = Refinement::new((&halves, &[]), inputs.grid.around[0], &inserted).refine(inputs);
-    halved.events.iter_mut().for_each(|event| event.node *= 2);
+    halved.events.iter_mut().for_each(|event| event.node = nodes[event.node]);
     let mut solver = Solver::new(system, settings);
     let mut motion = solver.simulate(&halved)?.clone();
     if !motion.inserted.is_empty() {

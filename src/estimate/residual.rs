@@ -33,7 +33,7 @@ impl Residual {
         }
         let integrand = integrand(solver, motion)?;
         let of_step = |n: usize| {
-            let (first, weights) = weights(&motion.times, n);
+            let (first, weights) = weights(&motion.times, n)?;
             let between = |list: &[f64]| weights.iter().zip(list).map(|(w, x)| w * x).sum::<f64>();
             let row = |matrix: &DMatrix<f64>, k: usize| std::array::from_fn(|i| matrix[(k, first + i)]);
             let residual = |rates: &DMatrix<f64>, states: &DMatrix<f64>| {
@@ -43,9 +43,9 @@ impl Residual {
             let (of_q, of_p) = (residual(&motion.v, &motion.q), residual(&motion.p_star_dot, &motion.p_star));
             let half = 0.5 * (motion.times[n] - motion.times[n - 1]);
             let of_cost = between(&integrand[first..first + 4]) - half * (integrand[n - 1] + integrand[n]);
-            of_cost - dot(column(&adjoint.a, n), &of_q) - dot(column(&adjoint.b, n), &of_p)
+            Some(of_cost - dot(column(&adjoint.a, n), &of_q) - dot(column(&adjoint.b, n), &of_p))
         };
-        Ok(Some(Residual { steps: (1..motion.times.len()).map(of_step).collect() }))
+        Ok((1..motion.times.len()).map(of_step).collect::<Option<_>>().map(|steps| Residual { steps }))
     }
 
     pub(super) fn sum(&self) -> f64 {
@@ -87,17 +87,21 @@ fn integrand(solver: &Solver, motion: &Trajectory) -> Result<Vec<f64>, Error> {
 }
 
 /// The first of four nodes around the step that ends at a node, and the weights of their values in the integral over the step of the polynomial through
-/// them.
-fn weights(times: &[f64], n: usize) -> (usize, [f64; 4]) {
-    let first = n.saturating_sub(2).min(times.len() - 4);
+/// them; `None` if there are fewer than four between steps of length zero.
+fn weights(times: &[f64], n: usize) -> Option<(usize, [f64; 4])> {
     let (start, length) = (times[n - 1], times[n] - times[n - 1]);
     if length == 0.0 {
-        return (first, [0.0; 4]);
+        return Some((0, [0.0; 4]));
     }
+    let is_smooth = |first: &usize| {
+        let four = times.get(*first..first + 4);
+        four.is_some_and(|four| four.windows(2).all(|pair| pair[0] != pair[1]))
+    };
+    let first = [2, 1, 3].into_iter().filter_map(|before| n.checked_sub(before)).find(is_smooth)?;
     let place = |i: usize| (times[first + i] - start) / length;
     let powers = Matrix4::from_fn(|power, i| place(i).powi(power as i32));
     let integrals = Vector4::from_fn(|power, _| length / (1.0 + power as f64));
-    (first, powers.lu().solve(&integrals).map_or([0.0; 4], Into::into))
+    Some((first, powers.lu().solve(&integrals).map_or([0.0; 4], Into::into)))
 }
 
 #[cfg(test)]
@@ -110,7 +114,7 @@ mod tests {
         let (f, primitive) =
             (|t: f64| 1.0 - t + 3.0 * t * t - 4.0 * t.powi(3), |t: f64| t - t * t / 2.0 + t.powi(3) - t.powi(4));
         for n in 1..times.len() {
-            let (first, weights) = weights(&times, n);
+            let (first, weights) = weights(&times, n).expect("four nodes");
             let sum: f64 = weights.iter().enumerate().map(|(i, w)| w * f(times[first + i])).sum();
             assert!((sum - (primitive(times[n]) - primitive(times[n - 1]))).abs() < 1e-14, "{n}");
         }

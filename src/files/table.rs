@@ -138,7 +138,8 @@ impl Table {
     pub fn readings(&self, column: usize, grid: &Grid) -> Result<Vec<(usize, f64)>, Error> {
         let times = grid.times();
         // Without steps there is only the time of the start.
-        let tolerance = 1e-3 * grid.steps.iter().map(|dt| dt.abs()).min_by(f64::total_cmp).unwrap_or(0.0);
+        let tolerance =
+            1e-3 * grid.steps.iter().map(|dt| dt.abs()).filter(|dt| *dt > 0.0).min_by(f64::total_cmp).unwrap_or(0.0);
         let known = self.times.iter().zip(self.known_column(column)).filter_map(|(t, value)| value.map(|value| (*t, value)));
         // Steps may go back in time; of several nodes at the same time, the first one is used.
         let mut nodes: Vec<usize> = (0..times.len()).collect();

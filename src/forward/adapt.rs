@@ -52,7 +52,7 @@ const SHORTEST: f64 = 1e-14;
 const STRAIGHT: f64 = 1e-9;
 const SAME: f64 = 8.0 * f64::EPSILON;
 
-/// The given nodes at which controls bend, that have an event, or at which the motion ends. An adaptive grid contains them, because a method has its order
+/// The given nodes at which controls bend or jump, that have an event, or at which the motion ends. An adaptive grid contains them, because a method has its order
 /// only between them.
 fn kinks(inputs: &Inputs) -> Vec<usize> {
     let (steps, u) = (&inputs.grid.steps, &inputs.controls);
@@ -64,7 +64,8 @@ fn kinks(inputs: &Inputs) -> Vec<usize> {
         // A jump is a short step with a large slope; the slopes next to it are small in comparison.
         (after - before).abs() > STRAIGHT * before.abs().max(after.abs()) + rounding
     };
-    let bends = |node: &usize| (0..u.nrows()).any(|channel| bends_in(channel, *node));
+    let jumps = |node: usize| steps[node - 1] == 0.0 || steps[node] == 0.0;
+    let bends = |node: &usize| jumps(*node) || (0..u.nrows()).any(|channel| bends_in(channel, *node));
     let has_event = |node: usize| inputs.events.binary_search_by_key(&node, |event| event.node).is_ok();
     (1..steps.len()).filter(|node| bends(node) || has_event(*node)).chain([steps.len()]).collect()
 }
@@ -91,10 +92,11 @@ impl Growing<'_> {
         self.events.extend(event.map(|event| Occurrence { node, ..*event }));
     }
 
-    /// The time of the next kink.
-    fn piece_end(&mut self) -> Option<f64> {
+    /// The next kink, and the time until then: exactly zero for a step of length zero.
+    fn piece(&mut self) -> Option<(usize, f64)> {
         let node = *self.kinks.peek()?;
-        Some(self.times[node])
+        let is_jump = self.given.grid.steps[node - 1] == 0.0;
+        Some((node, if is_jump { 0.0 } else { self.times[node] - self.now.time() }))
     }
 
     /// The given controls at a time.
@@ -183,12 +185,11 @@ impl ForwardSweep {
         let mut delta_q = vec![0.0; system.n()];
         let mut node = 1;
         let mut may_lengthen = true;
-        while let Some(end) = growing.piece_end() {
+        while let Some((kink, left)) = growing.piece() {
             if self.motion.trajectory.computed == WINDOW + HISTORY {
                 self.slide();
             }
             let begin = growing.now.time();
-            let left = end - begin;
             let bounded = dt.abs().min(longest(begin)).copysign(dt);
             let is_last = bounded.abs() >= 0.999 * left.abs();
             // Use two steps of equal length rather than a tiny last one.
@@ -199,7 +200,7 @@ impl ForwardSweep {
             } else {
                 bounded
             };
-            self.append(&mut growing, node, (begin, length));
+            self.append(&mut growing, node, (length, is_last.then_some(kink)));
             let factor = match self.step(system, node, settings) {
                 Ok(()) => {
                     let error = self.error_of_step(system, node, (&mut delta_q, &mut delta)) / tolerance;
@@ -268,7 +269,7 @@ impl ForwardSweep {
     }
 
     /// Makes this step the last one of the grid and discards the steps after it.
-    fn append(&mut self, growing: &mut Growing, node: usize, (begin, length): (f64, f64)) {
+    fn append(&mut self, growing: &mut Growing, node: usize, (length, kink): (f64, Option<usize>)) {
         self.motion.inputs.grid.steps.truncate(node - 1);
         self.motion.inputs.grid.steps.push(length);
         let (channels, room) = self.motion.inputs.controls.shape();
@@ -278,14 +279,18 @@ impl ForwardSweep {
             self.motion.inputs.controls = controls.resize_horizontally(2 * node + WINDOW, 0.0);
         }
         debug_assert_eq!(channels, growing.given.controls.nrows());
-        growing.controls(begin + length, column_mut(&mut self.motion.inputs.controls, node));
+        let u = column_mut(&mut self.motion.inputs.controls, node);
+        match kink {
+            Some(given) => u.copy_from_slice(growing.given.controls_at(given)),
+            None => growing.controls(growing.now.time() + length, u),
+        }
     }
 
     /// The estimated error of the step that ends at a node.
     fn error_of_step(&mut self, system: &System, node: usize, (delta_q, delta): (&mut [f64], &mut Pair)) -> f64 {
         let (k, steps, trajectory) = (node - self.motion.first, &self.motion.inputs.grid.steps, &self.motion.trajectory);
         let (scheme, dt) = (&trajectory.scheme, steps[node - 1]);
-        let is_known = k >= 2 && node >= 2;
+        let is_known = k >= 2 && node >= 2 && steps[node - 2] != 0.0;
         let before = is_known.then(|| (steps[node - 2], trajectory.columns(k - 2)));
         let of = |which: usize| before.as_ref().map(|(dt, y)| (*dt, [y.v, y.p_star_dot][which]));
         local_error(scheme, dt, |s| trajectory.rates(k, s).0, of(0), delta_q);
@@ -342,7 +347,7 @@ pub(crate) fn check_new_grid(system: &System, inputs: &Inputs) -> Result<(), Err
     }
     let steps = &inputs.grid.steps;
     let first = steps.first().copied().unwrap_or_default();
-    match steps.iter().position(|dt| dt.signum() != first.signum()) {
+    match steps.iter().position(|dt| *dt != 0.0 && dt.signum() != first.signum()) {
         Some(step) => {
             let what = format!("the length of step {} in s (step 1: {first} s)", step + 1);
             Err(Error::Parameter {

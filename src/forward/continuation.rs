@@ -33,7 +33,7 @@ impl ForwardSweep {
             let [v, v1, v2] = [v(before - 2), v(before - 1), v(before)];
             let first = weights.of_velocities(v.iter().zip(v1).map(|(v, v1)| v - v1));
             // Steps may differ in length and direction.
-            let ratio = self.step_ratio(k - before + 2);
+            let Some(ratio) = self.step_ratio(k - before + 2) else { return false };
             let seconds = v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - v1 - ratio * (v1 - v2));
             let second = weights.of_velocities(seconds);
             // For a sine that turns by 60° per step, second differences are as large as first ones.
@@ -45,7 +45,7 @@ impl ForwardSweep {
     #[inline]
     pub(crate) fn has_missed(&self, k: usize) -> bool {
         // If the guess was good, nothing else is checked.
-        self.is_far(k) && (k < 2 || self.is_beyond(k))
+        self.is_far(k) && (self.step_ratio(k).is_none() || self.is_beyond(k))
     }
 
     /// True if the error of the guess exceeds a fraction of its velocities and of the previous ones.
@@ -62,17 +62,17 @@ impl ForwardSweep {
         change > MISSED * self.stepper.newton.linearisation.weights.of_velocities(before)
     }
 
-    /// The length of the step that ends in a column, relative to the previous one.
-    fn step_ratio(&self, k: usize) -> f64 {
+    /// The length of the step that ends in a column, relative to the previous one; `None` if there is no other, or if one of them has length zero.
+    pub(crate) fn step_ratio(&self, k: usize) -> Option<f64> {
         let length = |k: usize| self.motion.trajectory.times[k] - self.motion.trajectory.times[k - 1];
-        length(k) / length(k - 1)
+        (k >= 2 && length(k) != 0.0 && length(k - 1) != 0.0).then(|| length(k) / length(k - 1))
     }
 
     /// True if mean accelerations in the step that ends in a column and in the previous step differ by more than this fraction.
     pub(crate) fn turns_by(&self, k: usize, part: f64) -> bool {
+        let Some(ratio) = self.step_ratio(k) else { return false };
         let [v, v1, v2] = [0, 1, 2].map(|before| column(&self.motion.trajectory.v, k - before));
         let size = |changes: &mut dyn Iterator<Item = f64>| self.stepper.newton.linearisation.weights.of_velocities(changes);
-        let ratio = self.step_ratio(k);
         let change = size(&mut v.iter().zip(v1).map(|(v, v1)| v - v1));
         let before = size(&mut v1.iter().zip(v2).map(|(v1, v2)| ratio * (v1 - v2)));
         let turn = size(&mut v.iter().zip(v1).zip(v2).map(|((v, v1), v2)| v - v1 - ratio * (v1 - v2)));
@@ -101,8 +101,7 @@ impl ForwardSweep {
                 self.stepper.smooth_from = node;
                 let k = node - self.motion.first;
                 // No guess was close, but the motion may still be smooth; from rest, under growing forces, the velocity changes three times as much.
-                if s == self.motion.trajectory.last_stage() && k >= 2 && self.turns_by(k, if k == 2 { 1.0 } else { MISSED })
-                {
+                if s == self.motion.trajectory.last_stage() && self.turns_by(k, if k == 2 { 1.0 } else { MISSED }) {
                     self.warn_of_roughness(node);
                 }
             }

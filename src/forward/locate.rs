@@ -192,6 +192,8 @@ impl ForwardSweep {
                     let what = format!("event {} at node {node}", quoted(&search.name(system)));
                     return Err(Error::NotFinite { what, value: g });
                 }
+                // At the ends of a step of length zero, the function is that after it.
+                search.samples.0.pop_if(|last| last.0 == time);
                 search.samples.0.push((time, g));
             }
             shown = self.reached();

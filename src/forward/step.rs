@@ -24,8 +24,12 @@ impl ForwardSweep {
             self.stepper.start_sigma.copy_from_slice(column(&self.motion.trajectory.sigma, k - 1));
         }
         // If a step is continued from zero, later stages are extrapolated from its beginning only.
+        let is_jump = dt == 0.0;
+        if is_jump {
+            self.stepper.smooth_from = node;
+        }
         let history = Predictor::MOST.min(k).min(node - self.stepper.smooth_from).max(1);
-        if history == 1 && s == 1 && self.is_rough(k) {
+        if history == 1 && s == 1 && !is_jump && self.is_rough(k) {
             self.continue_from_zero(system, node, settings)?;
         } else {
             self.stepper.predictor.predict(
@@ -35,8 +39,8 @@ impl ForwardSweep {
                 s,
             );
             match self.solve_at_hand::<false>(system, node, dt, settings) {
-                Ok(()) if !self.has_missed(k) => {}
-                Err(failure) if self.model_fault(system, node, &failure) => return Err(failure),
+                Ok(()) if is_jump || !self.has_missed(k) => {}
+                Err(failure) if is_jump || self.model_fault(system, node, &failure) => return Err(failure),
                 _ => self.continue_from_zero(system, node, settings)?,
             }
         }

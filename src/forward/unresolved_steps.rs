@@ -21,10 +21,10 @@ impl ForwardSweep {
         let change = self.stepper.newton.linearisation.weights.of_velocities(changes);
         let has_missed = self.stepper.newton.miss.change > SURPRISE * change;
         let turns = |k: usize| self.turns_by(k, JERK);
-        let is_surprising = has_missed && (history >= GUESSED || k >= 2 && turns(k));
-        // The first step can be judged only after the second.
-        if k == 2 && self.motion.first == 0 {
-            self.motion.surprising[1] = turns(2);
+        let is_surprising = has_missed && (history >= GUESSED || turns(k));
+        // The first step, and one after a step of length zero, can be judged only after the next.
+        if k >= 2 && (k > 2 || self.motion.first == 0) && self.step_ratio(k - 1).is_none() {
+            self.motion.surprising[k - 1] = turns(k);
         }
         self.motion.surprising[k] = is_surprising;
     }

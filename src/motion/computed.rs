@@ -132,12 +132,19 @@ impl Motion {
         self.surprising.get(node - self.first).is_some_and(|surprising| *surprising)
     }
 
-    /// Whether an event is located at an end of the step that ends at a node.
+    /// Whether an event is located at the time of an end of the given step that contains or ends at a node.
     #[inline]
     pub(crate) fn has_located_end(&self, node: usize) -> bool {
-        let step = || self.node_of_whole(node);
-        !self.inputs.events.is_empty()
-            && self.inputs.events.iter().any(|event| event.node == step() || event.node + 1 == step())
+        !self.inputs.events.is_empty() && self.is_beside_event(node)
+    }
+
+    fn is_beside_event(&self, node: usize) -> bool {
+        let step = self.node_of_whole(node);
+        let goes_on = |node: usize| self.node_of_whole(node) == step || self.length(node) == 0.0;
+        let first = (1..node).rev().find(|&node| !goes_on(node)).unwrap_or(0);
+        let last = (node + 1..self.nodes()).find(|&node| !goes_on(node)).unwrap_or(self.nodes()) - 1;
+        let [first, last] = [first, last].map(|node| self.node_of_whole(node));
+        self.inputs.events.iter().any(|event| (first..=last).contains(&event.node))
     }
 
     /// The time of a node, s.

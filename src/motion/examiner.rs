@@ -43,7 +43,9 @@ impl Examiner {
     }
 
     fn examine(&self, system: &System, motion: &Motion, node: usize, report: &mut Report) {
-        let (k, step) = (node - motion.first, node.max(1));
+        // The last step that has a length.
+        let back = (0..node - motion.first).take_while(|back| motion.length(node - back) == 0.0).count();
+        let (k, step) = (node - back - motion.first, (node - back).max(1));
         // Approximate accelerations and reactions are sufficient.
         let rates = |x: &DMatrix<f64>| -> Vec<f64> {
             let changes = column(x, k).iter().zip(column(x, k.saturating_sub(1))).map(|(now, before)| now - before);

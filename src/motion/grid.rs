@@ -5,6 +5,16 @@ use crate::number::Real;
 use crate::{Error, memory};
 
 /// The time grid of nodes 0 … N: a start time and N step lengths, which may differ and may be negative.
+///
+/// In a step of length 0.0, after the first one, controls may jump: q and p\* stay, and the equations are solved again with the controls of the next
+/// node. Costs are evaluated at both nodes. On a composed grid it takes the place of a whole macro step.
+///
+/// ```
+/// use hamiltonian_adjoint::Grid;
+///
+/// let grid = Grid::uniform(10, 0.1).then(&Grid::new(0.0, vec![0.0])).then(&Grid::uniform(10, 0.1));
+/// assert_eq!(grid.times()[10], grid.times()[11]); // controls before and after t = 1 s
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Grid<R = f64> {
     /// t₀ in s.

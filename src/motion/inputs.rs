@@ -293,7 +293,7 @@ impl Inputs {
         }
     }
 
-    /// Checks sizes, finite values, nonzero step lengths and macro steps, and the ranges of node numbers and parameters.
+    /// Checks sizes, finite values, step lengths and macro steps, and the ranges of node numbers and parameters.
     pub(crate) fn check(&self, system: &System) -> Result<(), Error> {
         let (n, nodes) = (system.n(), self.grid.nodes());
         let rate = match self.start {
@@ -307,9 +307,12 @@ impl Inputs {
         check_size("design variables", system.designs(), self.design.len())?;
         let [before, behind] = self.grid.around;
         let mut farthest = self.grid.start.abs();
+        let moves = self.grid.steps.iter().any(|&length| length != 0.0);
         for (step, &length) in self.grid.steps.iter().enumerate() {
-            if length == 0.0 || !length.is_finite() {
-                return Err(Error::TimeStep { step: before.saturating_add(step + 1), length });
+            let of_whole = before.saturating_add(step);
+            let is_refused = length == 0.0 && (!moves || of_whole == 0 || system.has_control_rates());
+            if is_refused || !length.is_finite() {
+                return Err(Error::TimeStep { step: of_whole.saturating_add(1), length });
             }
             farthest += length.abs();
         }

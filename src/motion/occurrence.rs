@@ -85,9 +85,10 @@ pub(crate) fn check_events(inputs: &Inputs, system: &System) -> Result<(), Error
     if inputs.grid.around != [0, 0] && !inputs.events.is_empty() {
         return Err(Error::EventsInPart);
     }
-    if !inputs.events.is_empty() {
-        check_signs(&inputs.grid)?;
+    if inputs.events.is_empty() {
+        return Ok(());
     }
+    check_signs(&inputs.grid)?;
     for &Occurrence { event, node } in &inputs.events {
         if event.index() >= system.events() || !system.owns(event.0) {
             return Err(Error::Foreign { element: "Inputs::events".into(), kind: "event" });
@@ -105,14 +106,26 @@ pub(crate) fn check_events(inputs: &Inputs, system: &System) -> Result<(), Error
         let what = format!("the node of event `{}` in `Inputs::events`", system.event_name(event.index()));
         return Err(Error::Parameter { what, value: node as f64, must_be });
     }
-    Ok(())
+    check_phases(inputs)
+}
+
+/// Returns an error if all steps of a phase have length zero, so that no factor moves its end.
+fn check_phases(Inputs { grid, events, .. }: &Inputs) -> Result<(), Error> {
+    let phases = Phases::new(events, grid.steps.len());
+    let mut ends = (0..phases.count()).map(|phase| phases.steps(phase));
+    let empty = ends.find(|steps| grid.steps[steps.clone()].iter().all(|dt| *dt == 0.0));
+    empty.map_or(Ok(()), |steps| {
+        let what =
+            format!("the time between nodes {} and {}, at which events are or the motion ends,", steps.start, steps.end);
+        Err(Error::Parameter { what, value: 0.0, must_be: "longer than steps of length zero" })
+    })
 }
 
 /// Returns an error unless all macro steps go in one direction, so that events have an order.
 fn check_signs(grid: &Grid) -> Result<(), Error> {
     let mut lengths = grid.steps.chunks(grid.stages.max(1)).map(|steps| steps.iter().sum::<f64>()).enumerate();
     let forward = lengths.next().is_some_and(|(_, length)| length > 0.0);
-    let turn = lengths.find(|(_, length)| (*length > 0.0) != forward);
+    let turn = lengths.find(|(_, length)| *length != 0.0 && (*length > 0.0) != forward);
     turn.map_or(Ok(()), |(k, value)| {
         let what = format!("the length of (macro) step {} of a motion with events", k + 1);
         Err(Error::Parameter { what, value, must_be: "of the same sign as the first one" })

@@ -80,7 +80,7 @@ impl<F: Factorization> Newton<F> {
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
             if is_reached {
-                if iteration > DIRECT {
+                if iteration > DIRECT && from.h != 0.0 {
                     let size = larger(larger(self.size.v, scale), size_before);
                     self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
                 }

@@ -132,7 +132,8 @@ impl<F: Factorization> Newton<F> {
                 terms,
                 self.size.sigma,
             ) {
-                if iteration > DIRECT {
+                // In a step of length zero velocities may jump.
+                if iteration > DIRECT && from.h != 0.0 {
                     let size = larger(self.size.v, scale);
                     self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
                 }

@@ -9,9 +9,11 @@ use crate::{Error, Grid, Inputs};
 /// Times that differ by less than this fraction of the motion are the same.
 const SAME: f64 = 1e-9;
 
-/// A change of the sign of the function of an event.
-struct Crossing {
-    event: usize,
+/// A time at which a phase ends: a change of the sign of the function of an event, a step of length zero, or the end of the grid.
+struct Stop {
+    event: Option<usize>,
+    /// The given node after a step of length zero.
+    jump: Option<usize>,
     /// Time since the start.
     time: f64,
 }
@@ -19,7 +21,8 @@ struct Crossing {
 impl Solver<'_> {
     /// The same inputs on a grid with a phase between every two events: all zeros of the functions of all events
     /// ([`Scene::event`](crate::Scene::event)) along the motion on the given grid, in their order. The steps of a phase are equal; there are at
-    /// least `least` of them, and they are not longer than the mean of the given ones. Controls remain the same functions of time.
+    /// least `least` of them, and they are not longer than the mean of the given ones. Controls remain the same functions of time, and steps of length
+    /// zero remain at their times, after an event at the same time.
     ///
     /// An event is found if its function changes its sign between two nodes of the given grid. The given events are ignored.
     ///
@@ -63,27 +66,47 @@ impl Solver<'_> {
         self.forget();
         self.forward.run(self.system, &Inputs { events: Vec::new(), ..inputs.clone() }, &self.settings)?;
         let (mut crossings, passed) = (self.crossings(), inputs.grid.passed());
-        let end = passed[passed.len() - 1];
+        let end = passed[steps.len()];
         crossings.sort_by(|a, b| a.time.abs().total_cmp(&b.time.abs()));
-        let mean = end / steps.len() as f64;
+        let mean = end / steps.iter().filter(|dt| **dt != 0.0).count() as f64;
         // Events at the same time share a phase, and one at the end of the grid ends the motion.
         let is_same = |a: f64, b: f64| (a - b).abs() <= SAME * end.abs();
         crossings.dedup_by(|b, a| is_same(a.time, b.time));
-        let rest = crossings.last().is_none_or(|last| !is_same(last.time, end)).then_some((end, None));
-        let (mut found, mut times, mut begin) = (Vec::new(), vec![0.0], 0.0);
+        let jumps = (1..passed.len()).filter(|&node| steps[node - 1] == 0.0);
+        let mut stops: Vec<Stop> = jumps.map(|node| Stop { event: None, jump: Some(node), time: passed[node] }).collect();
+        stops.push(Stop { event: None, jump: None, time: end });
+        for mut crossing in crossings {
+            let at =
+                stops.partition_point(|stop| stop.time.abs() < crossing.time.abs() && !is_same(stop.time, crossing.time));
+            let same = stops.get(at).filter(|stop| is_same(stop.time, crossing.time));
+            crossing.time = same.map_or(crossing.time, |stop| stop.time);
+            stops.insert(at, crossing);
+        }
+        let (mut found, mut nodes, mut begin) = (Vec::new(), vec![(0.0, None)], 0.0);
         let mut events = Vec::new();
-        for (until, event) in crossings.iter().map(|c| (c.time, Some(c.event))).chain(rest) {
-            let length = until - begin;
-            // Estimates of errors halve the number of steps twice.
-            let count = ((length / mean).ceil() as usize).max(least).max(1).next_multiple_of(4);
-            found.extend(std::iter::repeat_n(length / count as f64, count));
-            times.extend((1..=count).map(|k| begin + length * k as f64 / count as f64));
+        for Stop { event, jump, time: until } in stops {
+            if until != begin {
+                let length = until - begin;
+                // Estimates of errors halve the number of steps twice.
+                let count = ((length / mean).ceil() as usize).max(least).max(1).next_multiple_of(4);
+                found.extend(std::iter::repeat_n(length / count as f64, count));
+                nodes.extend((1..count).map(|k| (begin + length * k as f64 / count as f64, None)));
+                nodes.push((until, None));
+            }
             events.extend(event.map(|event| self.system.event(event).at(found.len())));
+            if jump.is_some() {
+                found.push(0.0);
+                nodes.push((until, jump));
+            }
             begin = until;
         }
-        let mut controls = DMatrix::zeros(inputs.controls.nrows(), times.len());
+        let mut controls = DMatrix::zeros(inputs.controls.nrows(), nodes.len());
         let mut step = 1;
-        for (node, &time) in times.iter().enumerate() {
+        for (node, &(time, jump)) in nodes.iter().enumerate() {
+            if let Some(given) = jump {
+                controls.set_column(node, &inputs.controls.column(given));
+                continue;
+            }
             while step < steps.len() && passed[step].abs() < time.abs() {
                 step += 1;
             }
@@ -94,7 +117,7 @@ impl Solver<'_> {
     }
 
     /// The changes of sign of the functions of all events along the motion, by linear interpolation between nodes.
-    fn crossings(&self) -> Vec<Crossing> {
+    fn crossings(&self) -> Vec<Stop> {
         let motion = &self.forward.motion;
         let start = motion.inputs.grid.start;
         let mut crossings = Vec::new();
@@ -102,10 +125,12 @@ impl Solver<'_> {
             let mut before = self.system.event_value(event, &motion.at(0));
             for node in 1..motion.nodes() {
                 let after: f64 = self.system.event_value(event, &motion.at(node));
-                if before * after < 0.0 || before != 0.0 && after == 0.0 {
+                // In a step of length zero a function may jump, but has no zero.
+                if motion.length(node) != 0.0 && (before * after < 0.0 || before != 0.0 && after == 0.0) {
                     let [from, to] = [node - 1, node].map(|node| motion.time(node));
                     let share = before / (before - after);
-                    crossings.push(Crossing { event, time: from + share * (to - from) - start });
+                    let time = from + share * (to - from) - start;
+                    crossings.push(Stop { event: Some(event), jump: None, time });
                 }
                 before = after;
             }

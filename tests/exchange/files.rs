@@ -218,6 +218,8 @@ fn readings_belong_to_nodes_of_the_grid() {
     let table = Table::from_csv("t,x\n0,1\n0.1,2\n").expect("a table");
     let readings = |grid: &Grid| table.readings(0, grid);
     assert_eq!(readings(&Grid::uniform(2, 0.05)).expect("readings"), [(0, 1.0), (2, 2.0)]);
+    let jumping = Grid::new(0.0, vec![0.1, 0.0, 0.1]);
+    assert_eq!(readings(&jumping).expect("readings"), [(0, 1.0), (1, 2.0)]);
     assert_says(&readings(&Grid::uniform(0, 0.05)).expect_err("one node"), &["`x`", "0.1 s", "no node"]);
     // Steps back and forth: the node that is nearest, of those at the same time the first.
     let there_and_back = Grid::new(-0.125, vec![0.25, -0.125, 0.125, -0.025, -0.05, 0.05, -0.125]);

@@ -41,15 +41,15 @@ impl Cost<1, 0, 1, 0> for Angle {
 
 /// What else a scene has.
 #[derive(Clone, Copy, Default)]
-struct Extra {
+pub struct Extra {
     /// A node at which the angle is read.
-    reading: Option<usize>,
+    pub reading: Option<usize>,
     /// Whether a second hinge repeats the first.
-    repeats_hinge: bool,
+    pub repeats_hinge: bool,
 }
 
 /// A rod on a hinge, with a motor, that falls on a floor; the depth at some nodes is an output.
-fn rod(nodes: &[usize], extra: Extra) -> System {
+pub fn rod(nodes: &[usize], extra: Extra) -> System {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
     let [height, stiffness] = [scene.design("height", -0.3), scene.design("stiffness", 4000.0)];
@@ -74,7 +74,7 @@ fn rod(nodes: &[usize], extra: Extra) -> System {
     scene.compile().expect("a scene")
 }
 
-fn inputs(system: &System, grid: Grid) -> Inputs {
+pub fn inputs(system: &System, grid: Grid) -> Inputs {
     let mut inputs = Inputs::at_rest(system, grid);
     let times = inputs.grid.times();
     inputs.start = Start::assembled(system).hold(&[system.coordinate(2)]);
@@ -83,7 +83,7 @@ fn inputs(system: &System, grid: Grid) -> Inputs {
 }
 
 /// Steps that differ.
-fn grid(steps: usize) -> Grid {
+pub fn grid(steps: usize) -> Grid {
     Grid::new(0.2, (0..steps).map(|i| 1.2 / steps as f64 * (1.0 + 0.2 * (0.7 * i as f64).sin())).collect())
 }
 

@@ -29,12 +29,12 @@ impl Cost<1, 0, 1, 0> for Angle {
 }
 
 /// A rod on hinges, with a motor, that falls on a floor. Its events: the tip touches the floor, and the rod reverses.
-fn rod(hinges: usize, without_programs: bool) -> System {
+pub fn rod(hinges: usize, without_programs: bool) -> System {
     touching(0.0, hinges, without_programs)
 }
 
 /// The same, with the touch at this height over the floor.
-fn touching(gap: f64, hinges: usize, without_programs: bool) -> System {
+pub fn touching(gap: f64, hinges: usize, without_programs: bool) -> System {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
     let [height, stiffness] = [scene.design("height", -0.3), scene.design("stiffness", 4000.0)];
@@ -60,7 +60,7 @@ fn touching(gap: f64, hinges: usize, without_programs: bool) -> System {
     if without_programs { scene.compile_without_programs() } else { scene.compile() }.expect("a scene")
 }
 
-fn inputs(system: &System, grid: Grid, nodes: &[(usize, usize)]) -> Inputs {
+pub fn inputs(system: &System, grid: Grid, nodes: &[(usize, usize)]) -> Inputs {
     let mut inputs = Inputs::at_rest(system, grid);
     let times = inputs.grid.times();
     inputs.start = Start::assembled(system).hold(&[system.coordinate(2)]);
@@ -70,12 +70,12 @@ fn inputs(system: &System, grid: Grid, nodes: &[(usize, usize)]) -> Inputs {
 }
 
 /// Steps that differ.
-fn grid(steps: usize) -> Grid {
+pub fn grid(steps: usize) -> Grid {
     Grid::new(0.2, (0..steps).map(|i| 0.56 / steps as f64 * (1.0 + 0.2 * (0.7 * i as f64).sin())).collect())
 }
 
 /// Two touches and a reversal between them.
-const ALL: [(usize, usize); 3] = [(0, 24), (1, 34), (0, 44)];
+pub const ALL: [(usize, usize); 3] = [(0, 24), (1, 34), (0, 44)];
 
 #[test]
 fn gradients_are_those_of_complex_step() {
@@ -99,7 +99,7 @@ fn gradients_are_those_of_complex_step() {
 }
 
 /// A direction of all inputs.
-fn direction(inputs: &Inputs, seed: usize) -> Inputs {
+pub fn direction(inputs: &Inputs, seed: usize) -> Inputs {
     let mut direction = inputs.no_change();
     for (k, input) in Input::all(inputs).into_iter().enumerate() {
         let size = if matches!(input, Input::Step(_)) { 0.01 } else { 0.1 };
@@ -108,15 +108,51 @@ fn direction(inputs: &Inputs, seed: usize) -> Inputs {
     direction
 }
 
-fn along(gradient: &Gradient, direction: &Inputs) -> f64 {
+pub fn along(gradient: &Gradient, direction: &Inputs) -> f64 {
     let mut own = direction.clone();
     Input::all(direction).into_iter().map(|input| *input.of(&mut own) * input.in_gradient(gradient)).sum()
 }
 
-fn near(what: &str, own: f64, reference: f64, within: f64) {
+pub fn near(what: &str, own: f64, reference: f64, within: f64) {
     let error = (own - reference).abs() / reference.abs();
     println!("{what}: {error:.1e}");
     assert!(error < within, "{what}: {own} for {reference}");
+}
+
+/// Asserts that products with the Hessian and Jacobians are those of hyper-dual numbers, and that checkpoints give the same bits.
+pub fn assert_products_are_exact(system: &System, given: &Inputs, settings: Settings) -> Result<(), Error> {
+    let mut solver = Solver::new(system, settings);
+    solver.simulate(given)?;
+    let (a, b) = (direction(given, 1), direction(given, 1001));
+    // Before any gradient was computed.
+    let of_a = solver.hessian_product(&a)?.clone();
+    let mut lifted = LiftedSolver::<Hyper>::new(system, given, settings)?;
+    let mut moved = given.lift::<Hyper>();
+    for (part, direction) in [(1, &a), (2, &b)] {
+        let mut own = direction.clone();
+        Input::all(given).iter().for_each(|input| input.of(&mut moved).add_to_part(part, *input.of(&mut own)));
+    }
+    lifted.simulate(&moved)?;
+    let (cost, outputs) = (lifted.cost()?, lifted.outputs()?);
+    near("Hessian", along(&of_a, &b), cost.part(3), 1e-9);
+    near("slope of the product", of_a.value, cost.part(1), 1e-11);
+    near("gradient", along(solver.gradient()?, &b), cost.part(2), 1e-11);
+    let (jacobian, forward) = (solver.jacobian()?, solver.push_forward(&a)?);
+    for (k, row) in jacobian.iter().enumerate() {
+        near("row of the Jacobian", along(row, &a), outputs[k].part(1), 1e-11);
+        near("column of the Jacobian", forward[k], outputs[k].part(1), 1e-11);
+    }
+    let weights = [0.7, -1.3];
+    let weighted = solver.weighted_gradient(0.4, &weights)?.clone();
+    let sum = |part: usize| 0.4 * cost.part(part) + weights[0] * outputs[0].part(part) + weights[1] * outputs[1].part(part);
+    near("weighted gradient", along(&weighted, &a), sum(1), 1e-11);
+    near("Hessian of the weighted sum", along(solver.hessian_product(&a)?, &b), sum(3), 1e-9);
+    let bytes = 30 * system.bytes_per_node(&settings);
+    let mut long = LongSolver::new(system, settings, bytes + 20_000);
+    let (own, solver_gradient) = (long.gradient(given)?.clone(), solver.gradient()?.clone());
+    assert!(own == solver_gradient, "checkpoints");
+    assert!(long.jacobian(given)? == jacobian, "the Jacobian with checkpoints");
+    Ok(())
 }
 
 #[test]
@@ -127,38 +163,7 @@ fn products_and_jacobians_are_those_of_hyper_dual_numbers() -> Result<(), Error>
         // Where the floor begins, its force has no second derivative.
         let system = touching(0.02, hinges, false);
         let given = inputs(&system, grid(50), &ALL);
-        let mut solver = Solver::new(&system, settings);
-        solver.simulate(&given)?;
-        let (a, b) = (direction(&given, 1), direction(&given, 1001));
-        // Before any gradient was computed.
-        let of_a = solver.hessian_product(&a)?.clone();
-        let mut lifted = LiftedSolver::<Hyper>::new(&system, &given, settings)?;
-        let mut moved = given.lift::<Hyper>();
-        for (part, direction) in [(1, &a), (2, &b)] {
-            let mut own = direction.clone();
-            Input::all(&given).iter().for_each(|input| input.of(&mut moved).add_to_part(part, *input.of(&mut own)));
-        }
-        lifted.simulate(&moved)?;
-        let (cost, outputs) = (lifted.cost()?, lifted.outputs()?);
-        near("Hessian", along(&of_a, &b), cost.part(3), 1e-9);
-        near("slope of the product", of_a.value, cost.part(1), 1e-11);
-        near("gradient", along(solver.gradient()?, &b), cost.part(2), 1e-11);
-        let (jacobian, forward) = (solver.jacobian()?, solver.push_forward(&a)?);
-        for (k, row) in jacobian.iter().enumerate() {
-            near("row of the Jacobian", along(row, &a), outputs[k].part(1), 1e-11);
-            near("column of the Jacobian", forward[k], outputs[k].part(1), 1e-11);
-        }
-        let weights = [0.7, -1.3];
-        let weighted = solver.weighted_gradient(0.4, &weights)?.clone();
-        let sum =
-            |part: usize| 0.4 * cost.part(part) + weights[0] * outputs[0].part(part) + weights[1] * outputs[1].part(part);
-        near("weighted gradient", along(&weighted, &a), sum(1), 1e-11);
-        near("Hessian of the weighted sum", along(solver.hessian_product(&a)?, &b), sum(3), 1e-9);
-        let bytes = 30 * system.bytes_per_node(&settings);
-        let mut long = LongSolver::new(&system, settings, bytes + 20_000);
-        let (own, solver_gradient) = (long.gradient(&given)?.clone(), solver.gradient()?.clone());
-        assert!(own == solver_gradient, "checkpoints");
-        assert!(long.jacobian(&given)? == jacobian, "the Jacobian with checkpoints");
+        assert_products_are_exact(&system, &given, settings)?;
     }
     Ok(())
 }

@@ -17,3 +17,4 @@ mod paper;
 mod paper_system;
 mod second_order;
 mod units;
+mod zero_steps;

@@ -62,10 +62,10 @@ fn inputs_that_are_not_finite_are_refused_by_name() {
 
 #[test]
 fn steps_of_no_length_or_without_a_length_are_refused() {
-    for length in [0.0, f64::INFINITY] {
-        let error = refused(|inputs| inputs.grid.steps[3] = length);
-        assert_eq!(error, Error::TimeStep { step: 4, length });
-        assert_says(&error, &["step 4", "not zero"]);
+    for (step, length) in [(1, 0.0), (4, f64::INFINITY)] {
+        let error = refused(|inputs| inputs.grid.steps[step - 1] = length);
+        assert_eq!(error, Error::TimeStep { step, length });
+        assert_says(&error, &[&format!("step {step}"), "must be finite", "zero only after the first step"]);
     }
     assert!(matches!(refused(|inputs| inputs.grid.steps[9] = f64::NAN), Error::TimeStep { step: 10, .. }));
     let beyond = refused(|inputs| inputs.grid.steps.fill(1e308));

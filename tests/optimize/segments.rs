@@ -172,7 +172,7 @@ fn what_is_wrong_in_a_part_of_a_grid_is_named_by_the_nodes_and_steps_of_the_whol
     };
     assert!(matches!(wrong(&|inputs| inputs.controls[(0, 4)] = 0.0), Error::Model { node: 34, .. }));
     assert!(matches!(wrong(&|inputs| inputs.start.rate_mut()[0] = 100.0), Error::Newton { step: 31, .. }));
-    assert!(matches!(wrong(&|inputs| inputs.grid.steps[2] = 0.0), Error::TimeStep { step: 33, .. }));
+    assert!(matches!(wrong(&|inputs| inputs.grid.steps[2] = f64::NAN), Error::TimeStep { step: 33, .. }));
     let error = wrong(&|inputs| inputs.controls[(0, 3)] = f64::NAN);
     assert!(matches!(&error, Error::NotFinite { what, .. } if what.ends_with("at node 33")), "{error}");
     let assembled = wrong(&|inputs| {
