@@ -174,6 +174,21 @@ pub enum Warning {
         /// Time at the end of this step, s.
         time: f64,
     },
+    /// The gap of a rigid contact ([`Scene::rigid_contact`](crate::Scene::rigid_contact)) is negative although its equation is open: the inputs have no event
+    /// where it was zero.
+    Penetrated {
+        /// The contact.
+        contact: String,
+        /// The time of the first node with a negative gap, s.
+        time: f64,
+    },
+    /// A rigid contact that has closed pulls, which no surface does.
+    Pulls {
+        /// The contact.
+        contact: String,
+        /// The time at the end of the first step in which it pulls, s.
+        time: f64,
+    },
     /// The function of an event hardly crosses zero: its rate is small in comparison with its values before the event, so that small changes of the inputs
     /// change the time of the event much, or prevent it.
     Grazed {
@@ -366,6 +381,18 @@ impl fmt::Display for Warning {
                 f,
                 "event `{event}` at node {node} (t = {} s) hardly happens: its function crosses zero with {share:.1e} of the rate with which it came; derivatives \
                  of its time are large, and small changes of the inputs may prevent it",
+                seconds(*time)
+            ),
+            Warning::Penetrated { contact, time } => write!(
+                f,
+                "the gap of `{contact}` is negative at t = {} s, although no event was given where it became zero; add it to `Inputs::events`, or let \
+                 `Solver::find_phases` find it",
+                seconds(*time)
+            ),
+            Warning::Pulls { contact, time } => write!(
+                f,
+                "`{contact}` pulls before t = {} s, which a surface cannot do: the bodies would have separated; let an event open its equation \
+                 (`Scene::open_at`) where the reaction changes its sign",
                 seconds(*time)
             ),
             Warning::MissedEvent { event, node, time } => write!(

@@ -1,7 +1,7 @@
 //! K(0) at a state, for accelerations and reactions.
 
 use crate::assembly::factor_state;
-use crate::motion::{Compliances, Report};
+use crate::motion::{Compliances, Report, closed, open};
 use crate::node::Linearisation;
 use crate::number::larger;
 use crate::system::{Covector, NodeView, Pair, StateRows};
@@ -38,7 +38,7 @@ impl State {
     pub(super) fn factor(&mut self, system: &System, at: &NodeView<f64>, place: (usize, &Compliances)) -> Result<(), Error> {
         let at = without_sigma(at, &self.zeros);
         let pivot = factor_state(system, &mut self.linearisation, (&at, place), &mut Report::default())?;
-        let is_compliant = !self.linearisation.evaluation.compliance().is_empty();
+        let is_compliant = closed(self.linearisation.evaluation.compliance()).next().is_some();
         self.corrections = if is_compliant { CORRECTIONS } else { usize::from(pivot < DOUBTFUL) };
         Ok(())
     }
@@ -63,18 +63,17 @@ impl State {
 
     /// The equation of a requested reaction that other equations may take over: zᵀr_σ ≠ 0 for a z with Φ_qᵀz = 0.
     pub(super) fn find_undetermined(&mut self, system: &System, at: &NodeView<f64>) -> Option<usize> {
-        if self.linearisation.evaluation.compliance().is_empty() {
-            return None;
-        }
+        closed(self.linearisation.evaluation.compliance()).next()?;
         let mut flexibilities = redundancy::flexibilities(system, at, &redundancy::masses(&self.linearisation, system));
         let asked = self.right.sigma.clone();
         let left_out: Vec<usize> = {
-            let compliance = self.linearisation.evaluation.compliance().iter();
-            compliance.filter(|&&(j, mu)| mu > flexibilities[j]).map(|&(j, _)| j).collect()
+            let compliance = closed(self.linearisation.evaluation.compliance());
+            compliance.filter(|&(j, mu)| mu > flexibilities[j]).map(|(j, _)| j).collect()
         };
         if let Some(found) = left_out.iter().find_map(|&j| self.find_shared(system, j, &asked, &flexibilities)) {
             return Some(found);
         }
+        open(self.linearisation.evaluation.compliance()).for_each(|j| flexibilities[j] = 0.0);
         // Equations that are left out are satisfied only up to the drift of the positions.
         left_out.iter().for_each(|&j| flexibilities[j] = 0.0);
         let most =

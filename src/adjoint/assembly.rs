@@ -10,7 +10,7 @@ use nalgebra::DVector;
 
 use super::sweep::AdjointSweep;
 use crate::assembly::{Assembler, Tangent};
-use crate::motion::{Assembly, Motion, Which};
+use crate::motion::{Assembly, Motion, Which, open};
 use crate::node::Linearisation;
 use crate::system::{Covector, InputRows, NodeView, Pair, StateRows};
 use crate::{Error, Start, System};
@@ -119,7 +119,8 @@ impl AdjointSweep {
         which: Which,
         of: AssembledStart<'a>,
     ) -> Result<Side<'a>, Error> {
-        Side::new(&mut Assembler { system, linearisation, report: &mut self.report, tolerance: 0.0 }, which, of)
+        let open = open(linearisation.evaluation.compliance()).collect();
+        Side::new(&mut Assembler { system, linearisation, report: &mut self.report, tolerance: 0.0, open }, which, of)
     }
 
     /// Adds the contributions of (c, e) to derivatives with respect to parameters.

@@ -3,7 +3,7 @@
 use super::bordered::Bordered;
 use super::equations::{Equations, Unknowns, sum};
 use super::tangent::Tangent;
-use crate::motion::{Assembly, Compliances, Held, Report, Which, indices};
+use crate::motion::{Assembly, Compliances, Held, Report, Which, closed, indices, open, with_open};
 
 use nalgebra::DVector;
 
@@ -30,6 +30,8 @@ pub(crate) struct Assembler<'a> {
     pub(crate) report: &'a mut Report,
     /// Tolerance of Φ, m or rad.
     pub(crate) tolerance: f64,
+    /// The equations that are open, and do not count.
+    pub(crate) open: Vec<usize>,
 }
 
 impl Assembler<'_> {
@@ -61,7 +63,8 @@ impl Assembler<'_> {
 
     /// Returns an error if velocities violate a constraint: then a held coordinate only seems to be free, but dependent constraints determine it.
     fn see_that_it_is_free(&mut self, tangent: &Tangent, (q0, v): (&[f64], &[f64]), given: Given) -> Result<(), Error> {
-        let Some(held) = tangent.least_free().filter(|_| !self.linearisation.evaluation.compliance().is_empty()) else {
+        let has_dependent = closed(self.linearisation.evaluation.compliance()).next().is_some();
+        let Some(held) = tangent.least_free().filter(|_| has_dependent) else {
             return Ok(());
         };
         let mut left = Pair::new(self.system.n(), self.system.m());
@@ -69,6 +72,7 @@ impl Assembler<'_> {
         let at = given.at(q0, v, &none);
         self.linearisation.l_v_and_phi_dot(self.system, &at, &mut left, self.report);
         self.system.take_rounding(&at, v, &mut left.sigma);
+        self.open.iter().for_each(|&j| left.sigma[j] = 0.0);
         if largest(&left.sigma) > self.tolerance {
             return Err(Error::Held { coordinate: self.system.coordinate_name(held).to_string() });
         }
@@ -141,7 +145,8 @@ impl Assembler<'_> {
         let zeros = vec![0.0; self.system.m()];
         let at = Given::from(*at).at(at.q, at.v, &zeros);
         self.linearisation.evaluation.set_inertia(&inertia);
-        let factored = factor_state(self.system, self.linearisation, (&at, (0, compliances)), self.report);
+        let compliances = with_open(compliances, &self.open);
+        let factored = factor_state(self.system, self.linearisation, (&at, (0, &compliances)), self.report);
         self.linearisation.evaluation.set_inertia(&[]);
         factored?;
         let mut masses = redundancy::apparent_masses(self.linearisation, self.system, &at);
@@ -163,6 +168,7 @@ impl Assembler<'_> {
         let (mut delta, mut last) = (Pair::new(n, m), vec![f64::INFINITY; R::PARTS]);
         for corrections in 1..=MOST_CORRECTIONS_OF_START {
             residual(self, unknowns, &mut left);
+            self.open.iter().for_each(|&j| left.multipliers[j] = R::zero());
             let mut is_done = true;
             for (k, last) in last.iter_mut().enumerate() {
                 left.part(k, &mut delta);
@@ -197,8 +203,9 @@ pub(crate) fn factor_state(
     let mut own = Report { worst_pivot: 1.0, ..Report::default() };
     linearisation.evaluation.set_compliance(compliance);
     let mut factored = linearisation.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
-    if compliance.is_empty() && (factored.is_err() || own.worst_pivot < SUSPICIOUS) {
-        let compliances = redundancy::compliances(linearisation, system, at);
+    if closed(compliance).next().is_none() && (factored.is_err() || own.worst_pivot < SUSPICIOUS) {
+        let open: Vec<usize> = open(compliance).collect();
+        let compliances = with_open(&redundancy::compliances(linearisation, system, at), &open);
         linearisation.evaluation.set_compliance(&compliances);
         factored = linearisation.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
     }

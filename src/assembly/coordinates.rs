@@ -91,6 +91,7 @@ impl Assembler<'_> {
                 self.linearisation.weigh(self.system);
             }
             self.residual((Which::Coordinates, &l_v), &at, &mut left);
+            self.open.iter().for_each(|&j| left.multipliers[j] = 0.0);
             left.part(0, &mut delta);
             tangent.correct(self.system, self.linearisation, &mut delta);
             let step = |share: f64| moved.v.iter().zip(&delta.v).map(|(w, delta)| w - share * delta).collect::<Vec<f64>>();
@@ -159,6 +160,7 @@ impl Assembler<'_> {
     pub(super) fn phi(&self, q: &[f64], w: &[f64], given: Given) -> Vec<f64> {
         let (q, zeros, mut phi) = (sum(q, w), Pair::new(w.len(), self.system.m()), vec![0.0; self.system.m()]);
         self.system.phi(&given.at(&q, &zeros.v, &zeros.sigma), &mut phi);
+        self.open.iter().for_each(|&j| phi[j] = 0.0);
         phi
     }
 }

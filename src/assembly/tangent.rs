@@ -9,7 +9,7 @@ use nalgebra::DVector;
 
 use super::assembler::{Assembler, LEAST_CORRECTIONS_OF_START, MOST_CORRECTIONS_OF_START, UNDERFLOW};
 use super::bordered::Bordered;
-use crate::motion::{Compliances, Which};
+use crate::motion::{Compliances, OPEN, Which, closed};
 use crate::node::Linearisation;
 use crate::number::{larger, largest};
 use crate::redundancy::masses;
@@ -24,6 +24,8 @@ const ROUNDING: f64 = 1e-16;
 pub(crate) struct Tangent {
     pub(crate) which: Which,
     held: Vec<usize>,
+    /// The equations that are open.
+    open: Vec<usize>,
     bordered: Bordered,
     /// Second derivatives at (q₀, w, ν) or (q₀, v₀, μ), and at (q₀, 0, 0) or (q₀, v̂, 0).
     pub(crate) moved: Vec<f64>,
@@ -48,11 +50,25 @@ impl Tangent {
             Which::Velocities => Vec::new(),
         };
         let bordered = assembler.factor(moved, held, (compliances, bends))?;
-        Ok(Tangent { which, held: held.to_vec(), bordered, moved: moved_blocks, unmoved: unmoved_blocks })
+        let open = assembler.open.clone();
+        Ok(Tangent { which, held: held.to_vec(), open, bordered, moved: moved_blocks, unmoved: unmoved_blocks })
     }
 
     /// Computes A x, without the border.
     fn product(&self, system: &System, linearisation: &Linearisation, x: &Pair, sums: &mut Sums<f64>, image: &mut Pair) {
+        self.product_of_closed(system, linearisation, x, sums, image);
+        self.open.iter().for_each(|&j| image.sigma[j] -= OPEN * x.sigma[j]);
+    }
+
+    /// Computes A x, without the border and the compliances of open equations.
+    fn product_of_closed(
+        &self,
+        system: &System,
+        linearisation: &Linearisation,
+        x: &Pair,
+        sums: &mut Sums<f64>,
+        image: &mut Pair,
+    ) {
         let (none, no_controls) = (vec![0.0; x.v.len()], vec![0.0; system.k()]);
         let along = |q, v, sigma| NodeView::of_equations([q, v, sigma], (&no_controls, 0.0, &[]));
         let evaluation = &linearisation.evaluation;
@@ -87,12 +103,14 @@ impl Tangent {
             evaluation.pull_back(system, &self.moved, &Covector { c: &x.v, d: &none, e: &x.sigma }, rows);
             image.v.copy_from_slice(&rows.v);
             image.sigma.copy_from_slice(&rows.sigma);
+            self.open.iter().for_each(|&j| image.sigma[j] -= OPEN * x.sigma[j]);
             return;
         }
         let of_c = Covector { c: &x.v, d: &none, e: &no_e };
         evaluation.pull_back(system, &self.moved, &of_c, rows);
         image.v.iter_mut().zip(rows.v.iter().zip(&rows.q)).for_each(|(sum, (v, q))| *sum = v + q);
         image.sigma.copy_from_slice(&rows.sigma);
+        self.open.iter().for_each(|&j| image.sigma[j] -= OPEN * x.sigma[j]);
         evaluation.pull_back(system, &self.unmoved, &of_c, rows);
         image.v.iter_mut().zip(&rows.q).for_each(|(sum, q)| *sum -= q);
         evaluation.pull_back(system, &self.unmoved, &Covector { c: &none, d: &none, e: &x.sigma }, rows);
@@ -117,7 +135,7 @@ impl Tangent {
     pub(super) fn correct_in_range(&self, system: &System, linearisation: &mut Linearisation, left: &mut Pair) {
         let mut within = left.clone();
         self.correct(system, linearisation, left);
-        let compliances = linearisation.evaluation.compliance();
+        let compliances: Vec<(usize, f64)> = closed(linearisation.evaluation.compliance()).collect();
         if compliances.is_empty() {
             return;
         }

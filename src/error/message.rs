@@ -245,6 +245,24 @@ impl fmt::Display for Error {
                 seconds(*time),
                 left.abs()
             ),
+            Error::EventsAtOnce { first, second, time } => write!(
+                f,
+                "events `{first}` and `{second}` both happen at t = {} s; constraints open or close at both, so that the motion, and its derivatives, depend \
+                 on their order: change the start or a design variable so that they happen one after the other, or let one event do both",
+                seconds(*time)
+            ),
+            Error::ClosesApart { event, equation, violation, tolerance, time } => write!(
+                f,
+                "event `{event}` closes {equation} at t = {} s, where it is violated by {violation:.3e} (tolerance {tolerance:.1e}); let the function of the \
+                 event be that of the equation, or increase `Settings::position_tolerance`",
+                seconds(*time)
+            ),
+            Error::Accumulation { event, count, time } => write!(
+                f,
+                "impacts accumulate: after {count} impacts at event `{event}`, all further ones happen before t = {} s; end the grid before, or close the \
+                 equation at the last impact that matters, by a further event with the same function (`Scene::close_at`)",
+                seconds(*time)
+            ),
             Error::EventGrazed { event, node, time, slope } => write!(
                 f,
                 "event `{event}` at node {node}, t = {} s, has no derivatives: its function touches zero there (rate {slope:.3e}) and does not cross it",
@@ -252,7 +270,7 @@ impl fmt::Display for Error {
             ),
             Error::EventArguments { event } => write!(
                 f,
-                "event `{event}` depends on accelerations, reactions or rates of controls; its function may read q, v, σ, u, the time and parameters"
+                "event `{event}` depends on rates of controls; its function may read q, v, v̇, σ, λ, u, the time and parameters"
             ),
             Error::NoSuchEvent { term, event, events } => write!(
                 f,

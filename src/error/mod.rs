@@ -370,7 +370,7 @@ pub enum Error {
         /// The derivative of the function by the time.
         slope: f64,
     },
-    /// The function of an event reads v̇, λ or u̇.
+    /// The function of an event reads u̇.
     EventArguments {
         /// The event.
         event: String,
@@ -386,6 +386,37 @@ pub enum Error {
     },
     /// The inputs of a part of a motion have events.
     EventsInPart,
+    /// Two events at which constraint equations open or close happen at the same time, and what follows depends on their order.
+    EventsAtOnce {
+        /// One of the events.
+        first: String,
+        /// The other one.
+        second: String,
+        /// Their time, s.
+        time: f64,
+    },
+    /// An event closes a constraint equation that is not satisfied there.
+    ClosesApart {
+        /// The event.
+        event: String,
+        /// The equation.
+        equation: String,
+        /// Its value, m or rad.
+        violation: f64,
+        /// The tolerance.
+        tolerance: f64,
+        /// The time of the event, s.
+        time: f64,
+    },
+    /// Impacts follow each other ever faster, so that infinitely many of them happen before a certain time.
+    Accumulation {
+        /// The event.
+        event: String,
+        /// The number of impacts found.
+        count: usize,
+        /// The time before which all impacts happen, s.
+        time: f64,
+    },
     /// Even the shortest step has an estimated error above the tolerance.
     Tolerance {
         /// Time at the beginning of the step, s.

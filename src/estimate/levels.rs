@@ -140,12 +140,12 @@ fn kept_nodes(steps: &[f64]) -> Vec<usize> {
 /// True if events, and steps of length zero, have multiples of four steps between them, of which every fourth node keeps both.
 pub(super) fn has_quarters(inputs: &Inputs) -> bool {
     let (steps, mut count) = (&inputs.grid.steps, 0);
-    let mut fits = |node: usize| {
+    let fits = |node: usize| {
         let is_event = inputs.events.iter().any(|event| event.node == node);
         count = if steps[node - 1] == 0.0 { 0 } else { count + 1 };
         !(is_event || steps.get(node) == Some(&0.0)) || count % 4 == 0
     };
-    (1..=steps.len()).all(|node| fits(node))
+    (1..=steps.len()).all(fits)
 }
 
 /// The inputs with steps twice as long, without those of length zero; controls keep their values at the nodes that remain.

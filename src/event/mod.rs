@@ -16,6 +16,7 @@ mod forward;
 pub(crate) mod impulse;
 mod lifted;
 mod restart;
+mod switch;
 
 pub(crate) use along::{Along, BackwardAlong, Tools};
 pub(crate) use backward::{AfterRows, Backward, EarlierSigma};
@@ -52,6 +53,7 @@ pub(crate) trait ResetMap: OnNumbers<f64> + OnNumbers<Cx> + OnNumbers<Dual64> + 
 pub(crate) fn reset_map(event: &Event) -> &dyn ResetMap {
     match event {
         Event::Restart(restart) => restart,
+        Event::Switch(restitution) => restitution,
         #[cfg(test)]
         Event::Impulse(impulse) => impulse,
     }

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 
 use super::names::Named;
-use crate::{Coordinate, Error, Grid, Held, Inputs, Start, System};
+use crate::{Coordinate, Error, Grid, Held, Inputs, Multiplier, Start, System};
 
 const FORMAT: &str = "hamiltonian-adjoint inputs";
 const VERSION: u32 = 1;
@@ -22,6 +22,9 @@ struct File {
     /// Events and their nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     events: Vec<(String, usize)>,
+    /// The numbers of the constraint equations that are open at the start; if it is missing, those of the scene.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    open: Option<Vec<usize>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -114,6 +117,7 @@ impl Inputs {
             controls: by_controls(system, &self.controls),
             design: Named::new(designs(system), self.design.iter().copied()),
             events: self.events.iter().map(|of| (system.event_name(of.event.index()).to_string(), of.node)).collect(),
+            open: (self.open != system.open_equations()).then(|| self.open.iter().map(Multiplier::index).collect()),
         };
         serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole file", &error.to_string()))
     }
@@ -158,10 +162,16 @@ impl Inputs {
             Ok(system.event(event).at(*node))
         });
         let events = events.collect::<Result<_, Error>>()?;
-        let inputs = Inputs { grid, start, controls, design, events };
+        let open = file.open.map_or_else(|| Ok(system.open_equations()), |open| equations(system, &open))?;
+        let inputs = Inputs { grid, start, controls, design, events, open };
         inputs.check(system)?;
         Ok(inputs)
     }
+}
+
+fn equations(system: &System, open: &[usize]) -> Result<Vec<Multiplier>, Error> {
+    let missing = |j: usize| wrong("`open`", &format!("the system has no constraint equation {j}"));
+    open.iter().map(|&j| if j < system.m() { Ok(system.multiplier(j)) } else { Err(missing(j)) }).collect()
 }
 
 fn held(system: &System, part: &str, names: &[String]) -> Result<Vec<Coordinate>, Error> {

@@ -1,7 +1,7 @@
 //! [`Checkpoint`]: data from which a motion is continued with bitwise identical results.
 
 use super::{ForwardSweep, HISTORY, Stepper};
-use crate::motion::Clock;
+use crate::motion::{Clock, open};
 use crate::{Inputs, Trajectory};
 
 /// The last nodes before a part of a motion, stored as columns, and the first node from which extrapolation is allowed. Behind the columns follow the
@@ -69,7 +69,12 @@ impl ForwardSweep {
         self.restarting.last_end.sigma.copy_from_slice(sigma);
         self.stepper.set_clock(checkpoint.node, checkpoint.clock);
         (self.stepper.smooth_from, self.restarting.most_range) = (checkpoint.smooth_from, checkpoint.most_range);
-        self.stepper.newton.linearisation.evaluation.set_compliance(self.motion.trajectory.compliance_from(checkpoint.node));
+        let (linearisation, compliances) =
+            (&mut self.stepper.newton.linearisation, self.motion.trajectory.compliance_from(checkpoint.node));
+        linearisation.evaluation.set_compliance(compliances);
+        if !compliances.is_empty() {
+            linearisation.weights.set_open(|j| open(compliances).any(|open| open == j));
+        }
         self.motion.ahead.again();
         self.motion.trajectory.restarted.retain(|&node| node <= checkpoint.node);
     }

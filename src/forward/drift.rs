@@ -42,6 +42,7 @@ impl Monitor {
         self.lengths.take_reach(motion, node);
         self.lengths.phi.fill(0.0);
         system.phi(&motion.at(node), &mut self.lengths.phi);
+        motion.open_from(node).chain(system.held()).for_each(|j| self.lengths.phi[j] = 0.0);
         let size = |phi: f64| if phi.is_nan() { f64::INFINITY } else { phi.abs() };
         // A violation that is allowed at the start is not drift.
         let violation = |phi: f64| if size(phi) > settings.position_tolerance { size(phi) } else { 0.0 };

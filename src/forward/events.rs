@@ -2,7 +2,8 @@
 
 use super::{ForwardSweep, restart};
 use crate::event::{After, Forward, reset_map};
-use crate::motion::{Event, StepEnd, column, column_mut};
+use crate::model::{Action, Switch};
+use crate::motion::{Due, Event, Restitution, StepEnd, column, column_mut, open, with_open};
 use crate::node::StepFailure;
 use crate::{Error, Settings, System};
 
@@ -15,7 +16,42 @@ impl ForwardSweep {
             restart::keep_end(self, node);
             return Ok(());
         }
+        if !self.motion.inputs.events.is_empty()
+            && let Some(due) = self.motion.switch_at(system, node)
+        {
+            return self.switch(system, node, due, settings);
+        }
         restart::apply(self, system, node, settings)
+    }
+
+    /// Opens and closes constraint equations at a node.
+    #[cold]
+    fn switch(&mut self, system: &System, node: usize, due: Due, settings: &Settings) -> Result<(), Error> {
+        let mut open: Vec<usize> = open(self.motion.trajectory.compliance_into(node)).collect();
+        let (mut restitution, mut closing) = (None, Vec::new());
+        for Switch { equation, action, .. } in system.switches_of(due.event) {
+            match action {
+                Action::Open | Action::Impact(_) if due.is_second => open.push(equation),
+                Action::Open => open.push(equation),
+                Action::Close | Action::Hold if due.is_second => {}
+                Action::Hold => open.retain(|&j| j != equation),
+                Action::Close | Action::Impact(_) => closing.push(equation),
+            }
+            if let (Action::Impact(coefficient), true) = (action, due.is_second) {
+                restitution = Some(Restitution { equation, coefficient, before: self.restarting.last_end.node });
+            }
+        }
+        self.see_that_they_meet(system, node, (due.event, &closing), settings)?;
+        open.retain(|j| !closing.contains(j));
+        let compliances = with_open(self.motion.trajectory.compliance_into(node), &open);
+        self.motion.set_compliance(node, compliances);
+        self.stepper.newton.linearisation.weights.set_open(|j| open.contains(&j));
+        self.pass(system, (node, Event::Switch(restitution)), settings)?;
+        // The restitution needs σ before the impact.
+        if due.is_last {
+            restart::keep_end(self, node);
+        }
+        Ok(())
     }
 
     /// Lets an event happen at a node, and solves the node anew.

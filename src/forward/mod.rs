@@ -2,6 +2,7 @@
 
 mod adapt;
 mod checkpoint;
+mod contacts;
 mod continuation;
 mod drift;
 mod events;
@@ -12,6 +13,7 @@ mod monitor;
 mod restart;
 mod restarting;
 mod run;
+mod samples;
 mod start;
 mod step;
 mod stepper;

@@ -18,7 +18,7 @@ impl Settings {
 
 /// Restarts the motion at a node that ends a macro step, if it is due there.
 pub(crate) fn apply(forward: &mut ForwardSweep, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-    if !settings.may_restart() && forward.motion.trajectory.compliance.is_empty() {
+    if !settings.may_restart() && !forward.motion.trajectory.has_dependent() {
         return Ok(());
     }
     let Some(steps) = forward.motion.macro_steps(node) else { return Ok(()) };
@@ -59,6 +59,7 @@ fn drift(forward: &mut ForwardSweep, system: &System, node: usize) -> f64 {
         motion.node_blocks(node),
         &mut monitor.lengths.phi,
     );
+    motion.open_from(node).chain(system.held()).for_each(|j| monitor.lengths.phi[j] = 0.0);
     largest(&monitor.lengths.phi)
 }
 

@@ -4,10 +4,10 @@ use nalgebra::DMatrix;
 
 use super::{ForwardSweep, restart, start};
 use crate::assembly::Assembler;
-use crate::motion::{Clock, Examiner, Report, Scales, Task, column};
+use crate::motion::{Clock, Examiner, Report, Scales, Task, column, with_open};
 use crate::node::StepFailure;
 use crate::system::{Given, NodeView, Order};
-use crate::{Error, Inputs, Settings, Start, System, Trajectory, Warning, memory};
+use crate::{Error, Inputs, Multiplier, Settings, Start, System, Trajectory, Warning, memory};
 
 impl ForwardSweep {
     pub(crate) fn run(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
@@ -63,10 +63,11 @@ impl ForwardSweep {
         self.motion.assembly = None;
         let Start::Assembled { q, v, held } = &inputs.start else { return Ok(()) };
         let given = Given { u: inputs.controls_at(0), t: inputs.grid.start, design: &self.motion.design };
+        let open = inputs.open.iter().map(Multiplier::index).collect();
         let (linearisation, report) = (&mut self.stepper.newton.linearisation, &mut self.monitor.report);
         // Larger tolerances are meant for given starts.
         let tolerance = settings.position_tolerance.min(Settings::default().position_tolerance);
-        let mut assembler = Assembler { system, linearisation, report, tolerance };
+        let mut assembler = Assembler { system, linearisation, report, tolerance, open };
         let assembled = assembler.assemble(q.as_slice(), v.as_slice(), held, given);
         let (start, assembly) = assembled.map_err(|error| error.started_at(inputs.grid.around[0]))?;
         self.motion.inputs.start = start;
@@ -83,8 +84,12 @@ impl ForwardSweep {
         self.motion.trajectory.computed = 0;
         self.motion.trajectory.restarted.clear();
         self.motion.forget_compliance();
+        if !self.motion.inputs.open.is_empty() {
+            let open: Vec<usize> = self.motion.inputs.open.iter().map(Multiplier::index).collect();
+            self.motion.set_compliance(0, with_open(&[], &open));
+        }
         self.motion.trajectory.times[0] = self.motion.inputs.grid.start;
-        self.stepper.newton.linearisation.evaluation.set_compliance(&[]);
+        self.stepper.newton.linearisation.evaluation.set_compliance(self.motion.trajectory.compliance_from(0));
         self.stepper.set_clock(0, Clock::new(self.motion.inputs.grid.start));
         let first = self.motion.inputs.grid.around[0];
         start::solve(self, system, settings).map_err(|error| error.started_at(first))?;
@@ -133,6 +138,9 @@ impl ForwardSweep {
             self.watch_turns(system, node);
             self.monitor.lengths.watch_reach(&self.motion, node);
             self.pass_events(system, node, settings)?;
+            if system.has_gaps() {
+                self.watch_contacts(system, node, settings);
+            }
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton.linearisation, node, settings);
             self.monitor.examiner.visit(system, &self.motion, node, &mut self.monitor.report);
             node += 1;

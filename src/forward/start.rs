@@ -79,6 +79,7 @@ fn point<'a>(forward: &'a ForwardSweep, q: &'a [f64]) -> NodeView<'a, f64> {
 fn check_position(forward: &ForwardSweep, system: &System, q: &[f64], settings: &Settings) -> Result<(), Error> {
     let (at, tolerance, mut phi) = (point(forward, q), settings.position_tolerance, vec![0.0; system.m()]);
     system.phi(&at, &mut phi);
+    forward.motion.open_from(0).for_each(|j| phi[j] = 0.0);
     let Some((j, violation)) = worst_but_rounding(system, (&at, q), &mut phi, tolerance) else { return Ok(()) };
     if !violation.is_finite() {
         return Err(system.constraint_not_finite(&point(forward, q), j));
@@ -99,6 +100,7 @@ fn check_velocity(
     settings: &Settings,
 ) -> Result<(), Error> {
     let (at, tolerance) = (point(forward, q), settings.velocity_tolerance);
+    forward.motion.open_from(0).for_each(|j| phi_dot[j] = 0.0);
     let Some((j, violation)) = worst_but_rounding(system, (&at, v), phi_dot, tolerance) else { return Ok(()) };
     if !violation.is_finite() {
         return Err(system.constraint_not_finite(&point(forward, q), j));

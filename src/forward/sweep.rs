@@ -56,7 +56,7 @@ impl ForwardSweep {
 
     /// Returns an error if dependent constraints cannot be satisfied together at a node.
     pub(super) fn check_compliant(&mut self, system: &System, node: usize, settings: &Settings) -> Result<(), Error> {
-        if self.motion.trajectory.compliance.is_empty() {
+        if !self.motion.trajectory.has_dependent() {
             return Ok(());
         }
         self.dependent(system).compare_gaps(node, settings)
@@ -64,7 +64,7 @@ impl ForwardSweep {
 
     /// Checks dependent constraints in the step that ends at a node.
     pub(super) fn watch_dependent(&mut self, system: &System, node: usize) {
-        if !self.motion.trajectory.compliance.is_empty() {
+        if self.motion.trajectory.has_dependent() {
             self.dependent(system).watch(node);
         }
     }

@@ -242,6 +242,8 @@ pub enum Sum {
     Node(usize),
     /// h_i at the node of this event only, counted from 0 in [`Inputs::events`](crate::Inputs::events); 0 if the inputs have fewer events.
     Event(usize),
+    /// h_i only at the end of the steps of length zero that follow the node of this event: after an impact.
+    AfterEvent(usize),
 }
 
 impl Sum {

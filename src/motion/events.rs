@@ -2,6 +2,7 @@
 //!
 //! What an event does is in [`event`](crate::event).
 
+use crate::model::Param;
 use crate::system::NodeView;
 
 /// What happens at a node, after the step that ends there.
@@ -9,6 +10,8 @@ use crate::system::NodeView;
 pub(crate) enum Event {
     /// The position constraints are satisfied again, and the multipliers begin anew (`event/restart/`).
     Restart(Restart),
+    /// Constraint equations open or close (`event/switch.rs`); in the second step of an impact, with restitution.
+    Switch(Option<Restitution>),
     /// An impulse acts on the system (`event/impulse/`).
     #[cfg(test)]
     Impulse(Impulse),
@@ -23,6 +26,16 @@ pub(crate) struct Restart {
     pub(crate) before: usize,
     /// α and β.
     pub(crate) weights: [f64; 2],
+}
+
+/// The restitution of an impact: σ_j changes by e times its change since an earlier node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Restitution {
+    pub(crate) equation: usize,
+    /// e.
+    pub(crate) coefficient: Param,
+    /// The node before the impact.
+    pub(crate) before: usize,
 }
 
 /// An impulse q_i b_p on one coordinate, with a parameter b_p.

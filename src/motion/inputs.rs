@@ -2,10 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::occurrence::{Occurrence, check_events};
+use super::occurrence::{Occurrence, check_events, check_open};
 use crate::motion::{Grid, column};
 use crate::number::Real;
-use crate::{Control, Coordinate, Error, System, memory};
+use crate::{Control, Coordinate, Error, Multiplier, System, memory};
 
 /// The coordinates and velocities that an assembled start keeps.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -161,6 +161,8 @@ pub struct Inputs<R = f64> {
     /// those before an event are multiplied by a common factor, and those after the last event by one that keeps the end of the motion, unless
     /// the last node has an event. Controls belong to nodes and move with them.
     pub events: Vec<Occurrence>,
+    /// The constraint equations that are open at the start ([`Scene::open_at`](crate::Scene::open_at)).
+    pub open: Vec<Multiplier>,
 }
 
 impl<R> Inputs<R> {
@@ -202,6 +204,7 @@ impl Inputs {
             controls: DMatrix::zeros(system.k(), grid.nodes()),
             design: system.design_values(),
             events: Vec::new(),
+            open: system.open_equations(),
             grid,
         }
     }
@@ -226,7 +229,14 @@ impl Inputs {
     pub fn no_change(&self) -> Inputs {
         let grid = Grid { start: 0.0, steps: vec![0.0; self.grid.steps.len()], ..self.grid };
         let (start, controls) = (self.start.map(|_| 0.0), self.controls.map(|_| 0.0));
-        Inputs { grid, start, controls, design: self.design.map(|_| 0.0), events: self.events.clone() }
+        Inputs {
+            grid,
+            start,
+            controls,
+            design: self.design.map(|_| 0.0),
+            events: self.events.clone(),
+            open: self.open.clone(),
+        }
     }
 
     /// Inputs of another number type; `make` combines each value with its change along a direction of the same shape.
@@ -279,6 +289,7 @@ impl Inputs {
         self.controls.copy_from(&other.controls);
         self.design.copy_from(&other.design);
         self.events.clone_from(&other.events);
+        self.open.clone_from(&other.open);
     }
 
     /// The inputs converted to another number type, with zero imaginary or derivative parts.
@@ -290,6 +301,7 @@ impl Inputs {
             controls: self.controls.map(R::from),
             design: self.design.map(R::from),
             events: self.events.clone(),
+            open: self.open.clone(),
         }
     }
 
@@ -325,6 +337,7 @@ impl Inputs {
             let what = format!("the node at which `{cost}` is evaluated (`Sum::Node`)");
             return Err(Error::Parameter { what, value: node as f64, must_be: "at most the number of steps" });
         }
+        check_open(self, system)?;
         check_events(self, system)?;
         if self.grid.stages == 0 {
             return Err(Error::Parameter { what: "`Grid::stages`".into(), value: 0.0, must_be: "1 or more" });

@@ -89,6 +89,7 @@ pub(crate) fn check_events(inputs: &Inputs, system: &System) -> Result<(), Error
         return Ok(());
     }
     check_signs(&inputs.grid)?;
+    let mut is_zero_until = 0;
     for &Occurrence { event, node } in &inputs.events {
         if event.index() >= system.events() || !system.owns(event.0) {
             return Err(Error::Foreign { element: "Inputs::events".into(), kind: "event" });
@@ -99,8 +100,11 @@ pub(crate) fn check_events(inputs: &Inputs, system: &System) -> Result<(), Error
             "at most the number of steps"
         } else if inputs.grid.macro_steps(node).is_none() {
             "the end of a macro step of the composed grid"
+        } else if node <= is_zero_until {
+            "behind the steps of length zero that follow the event before it, and at least one more step"
         } else {
-            before = node;
+            check_zero_steps(inputs, system, (event.index(), node))?;
+            (before, is_zero_until) = (node, node + inputs.grid.stages * system.zero_steps_of(event.index()));
             continue;
         };
         let what = format!("the node of event `{}` in `Inputs::events`", system.event_name(event.index()));
@@ -119,6 +123,31 @@ fn check_phases(Inputs { grid, events, .. }: &Inputs) -> Result<(), Error> {
             format!("the time between nodes {} and {}, at which events are or the motion ends,", steps.start, steps.end);
         Err(Error::Parameter { what, value: 0.0, must_be: "longer than steps of length zero" })
     })
+}
+
+/// Returns an error unless steps of length zero follow an event at which constraints open or close.
+fn check_zero_steps(inputs: &Inputs, system: &System, (event, node): (usize, usize)) -> Result<(), Error> {
+    let count = inputs.grid.stages * system.zero_steps_of(event);
+    let length = |step: usize| inputs.grid.steps.get(step).copied();
+    let Some(step) = (node..node + count).find(|&step| length(step) != Some(0.0)) else { return Ok(()) };
+    let name = system.event_name(event);
+    let what = format!("the length of step {}, which follows event `{name}`, at which constraints open or close,", step + 1);
+    Err(Error::Parameter { what, value: length(step).unwrap_or(f64::NAN), must_be: "0" })
+}
+
+/// Checks the equations that are open at the start.
+pub(crate) fn check_open(inputs: &Inputs, system: &System) -> Result<(), Error> {
+    for open in &inputs.open {
+        if open.index() >= system.m() || !system.owns(open.0) {
+            return Err(Error::Foreign { element: "Inputs::open".into(), kind: "multiplier" });
+        }
+        if !system.may_open(open.index()) {
+            let what = format!("the number of {} in `Inputs::open`", system.equation_name(open.index()));
+            let must_be = "that of an equation that some event of the scene opens, closes or hits";
+            return Err(Error::Parameter { what, value: open.index() as f64, must_be });
+        }
+    }
+    Ok(())
 }
 
 /// Returns an error unless all macro steps go in one direction, so that events have an order.

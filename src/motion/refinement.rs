@@ -53,6 +53,8 @@ pub(crate) struct Refinement {
     /// The number of the first given node in the longer motion of which this one is a part.
     first: usize,
     events: Vec<Occurrence>,
+    /// The given nodes behind the steps of length zero that follow the events.
+    after_events: Vec<usize>,
 }
 
 impl Refinement {
@@ -60,7 +62,8 @@ impl Refinement {
     pub(crate) fn new((steps, events): (&[f64], &[Occurrence]), first: usize, inserted: &[usize]) -> Self {
         let most = inserted.len().min(steps.len());
         let (halved, parts) = (Vec::with_capacity(most), Vec::with_capacity(most + inserted.len()));
-        let mut refinement = Refinement { halved, parts, first, events: events.to_vec() };
+        let after_events = events.iter().map(|event| after(event.node, steps, inserted)).collect();
+        let mut refinement = Refinement { halved, parts, first, events: events.to_vec(), after_events };
         let mut before = 0;
         while let Some(&cut) = inserted.get(before) {
             // Consecutive inserted nodes lie within one given step, which ends after the last of them.
@@ -140,7 +143,8 @@ impl Refinement {
             let ends = if self.parts.is_empty() { (before, after) } else { self.given_lengths(taken, node, given) };
             // The first node of a part is the last node of the previous part, which counts it.
             let number = (given > 0 || self.first == 0).then_some(self.first + given);
-            GivenWeights { event: self.event_at(given), ..GivenWeights::new(number, ends.0, ends.1, side) }
+            let after_event = self.after_events.binary_search(&given).ok();
+            GivenWeights { event: self.event_at(given), after_event, ..GivenWeights::new(number, ends.0, ends.1, side) }
         });
         Weights { given, integral, side }
     }
@@ -228,6 +232,12 @@ impl<R: Real> Trajectory<R> {
     }
 }
 
+/// The given node behind the steps of length zero that follow a given node.
+fn after(node: usize, steps: &[f64], inserted: &[usize]) -> usize {
+    let before = inserted.iter().enumerate().take_while(|(before, inserted)| **inserted <= node + before).count();
+    node + steps.iter().skip(node + before).take_while(|length| **length == 0.0).count()
+}
+
 #[cfg(test)]
 mod tests {
     use super::Refinement;
@@ -242,7 +252,7 @@ mod tests {
         let start = Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) };
         let grid = Grid::new(0.0, vec![1.0, 2.0, 1.0]);
         let controls = DMatrix::from_row_slice(1, 4, &[1.0, 3.0, 7.0, 8.0]);
-        let given = Inputs { grid, start, controls, design: DVector::zeros(0), events: Vec::new() };
+        let given = Inputs { grid, start, controls, design: DVector::zeros(0), events: Vec::new(), open: Vec::new() };
         let taken = refinement.refine(&given);
         assert_eq!(taken.grid.steps, [1.0, 0.5, 0.5, 1.0, 1.0]);
         assert_eq!(taken.controls.as_slice(), [1.0, 3.0, 4.0, 5.0, 7.0, 8.0]);

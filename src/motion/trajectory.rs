@@ -5,6 +5,7 @@ use std::ops::{Deref, DerefMut};
 use nalgebra::DMatrix;
 
 use super::column::{column, column_mut};
+use super::open::closed;
 use super::states::{ColumnsMut, States, rows_of_states};
 use crate::number::Real;
 use crate::system::{NodeView, Sums};
@@ -18,7 +19,7 @@ pub struct Trajectory<R = f64> {
     /// The states at the nodes, one column each: `motion.q` is short for `motion.nodes.q`, and so on; only the latter can be moved out.
     pub nodes: States<R>,
     /// Compliances of dependent constraints, in the order of the nodes from which they apply; empty if no constraints depend on each other (see
-    /// `docs/long-and-hard-motions.md`).
+    /// `docs/long-and-hard-motions.md`) and none is open.
     pub compliance: Vec<Compliance>,
     /// Nodes inserted by halved steps.
     pub inserted: Vec<usize>,
@@ -50,7 +51,8 @@ pub(crate) type Compliances = [(usize, f64)];
 pub struct Compliance {
     /// The node from which they apply: the start or a restart.
     pub from: usize,
-    /// Numbers of equations, and their μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s); a large μ means that the equation is left out.
+    /// Numbers of equations, and their μ in dΦ/dt = μ (σ_i − σ_{i−1}), (m/s)/(N s); a large μ means that the equation is left out, and 1e30 that it
+    /// is open.
     pub equations: Vec<(usize, f64)>,
 }
 
@@ -144,6 +146,11 @@ impl<R: Real> Trajectory<R> {
 
     pub(crate) fn at<'a>(&'a self, (inputs, design): (&'a Inputs<R>, &'a [R]), i: usize) -> NodeView<'a, R> {
         self.columns(i).with_inputs((inputs.controls_at(i), design))
+    }
+
+    /// True if some constraints depend on each other.
+    pub(crate) fn has_dependent(&self) -> bool {
+        self.compliance.first().is_some_and(|part| closed(&part.equations).next().is_some())
     }
 
     /// The compliances of the step that begins at a node.

@@ -14,7 +14,7 @@ pub(crate) fn warn_of_lost_digits(
     (node, worst_before): (usize, f64),
 ) {
     let is_new = report.worst_pivot < worst_before.min(Warning::LOST_DIGITS);
-    if is_new && motion.trajectory.compliance.is_empty() {
+    if is_new && !motion.trajectory.has_dependent() {
         note(system, motion, linearisation, report, node);
     }
 }

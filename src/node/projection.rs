@@ -17,7 +17,7 @@ use super::lengths::Lengths;
 use super::linearisation::Linearisation;
 use super::step::StepFailure;
 use crate::System;
-use crate::motion::{Motion, Report};
+use crate::motion::{Motion, OPEN, Report};
 use crate::number::{larger, largest};
 use crate::system::{NodeView, Pair};
 
@@ -131,7 +131,8 @@ impl Projection<'_> {
         let point = NodeView { q: &at.q, ..self.motion.at(self.node) };
         self.linearisation.evaluation.phi(self.system, &point, &mut at.left.sigma);
         for &(j, mu) in self.linearisation.evaluation.compliance() {
-            at.left.sigma[j] -= mu * at.x.sigma[j];
+            // Open equations do not count.
+            at.left.sigma[j] = if mu < OPEN { at.left.sigma[j] - mu * at.x.sigma[j] } else { 0.0 };
         }
     }
 

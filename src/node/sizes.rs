@@ -114,6 +114,8 @@ pub(crate) struct UnitWeights {
     of_unknowns: Weights,
     of_equations: Weights,
     condensed: usize,
+    /// The positions of the multipliers.
+    multipliers: Vec<usize>,
     /// Weights in the scene's order.
     unknowns: Pair,
     equations: Pair,
@@ -122,11 +124,19 @@ pub(crate) struct UnitWeights {
 impl UnitWeights {
     pub(crate) fn new((n, m): (usize, usize), condensed: usize) -> Self {
         let [of_unknowns, of_equations] = [Weights::new(n, m), Weights::new(n, m)];
-        UnitWeights { of_unknowns, of_equations, condensed, unknowns: Pair::new(n, m), equations: Pair::new(n, m) }
+        UnitWeights {
+            of_unknowns,
+            of_equations,
+            condensed,
+            multipliers: Vec::new(),
+            unknowns: Pair::new(n, m),
+            equations: Pair::new(n, m),
+        }
     }
 
     /// Computes the weights from the square roots of pivots p: √p v, σ/√p and so on have one unit, √J, for any units of the coordinates.
     pub(crate) fn set(&mut self, positions: &Positions, reciprocal_pivots: impl Iterator<Item = f64>) {
+        self.multipliers.clone_from(&positions.sigma);
         let UnitWeights { of_unknowns, of_equations, unknowns, equations, .. } = self;
         let roots = reciprocal_pivots.map(|reciprocal| reciprocal.abs().sqrt());
         roots.enumerate().for_each(|(position, root)| of_equations.set(position, [root, 0.0]));
@@ -142,6 +152,15 @@ impl UnitWeights {
             (unknowns.sigma[j], equations.sigma[j]) = (inverse(root), root);
             of_unknowns.set(position, [0.0, inverse(root)]);
             of_equations.set(position, [0.0, root]);
+        }
+    }
+
+    /// Leaves out the multipliers and equations that are open, and no others.
+    pub(crate) fn set_open(&mut self, open: impl Fn(usize) -> bool) {
+        for (j, &position) in self.multipliers.iter().enumerate() {
+            let counts = if open(j) { 0.0 } else { 1.0 };
+            self.of_unknowns.set(position, [0.0, counts * self.unknowns.sigma[j]]);
+            self.of_equations.set(position, [0.0, counts * self.equations.sigma[j]]);
         }
     }
 

@@ -12,7 +12,7 @@
 //! are at most 1e-10 of a joint's own flexibility and have no other visible effect as long as positions drift alike; otherwise see
 //! `redundancy/selection.rs`. Scenes with independent constraints have no compliances.
 
-use crate::motion::Compliances;
+use crate::motion::{Compliances, closed};
 use crate::node::Linearisation;
 use crate::redundancy::rank;
 use crate::system::{Covector, ElementKind, Entry, NodeView, Pair, StateRows};
@@ -113,11 +113,11 @@ pub(crate) fn refuse_gaps(
 ) -> Result<(), Error> {
     // In the unit of the equation.
     let allowed = |mu: f64| tolerance + CONTRADICTION * size * root_flexibility(mu);
-    let gap = |&(j, mu): &(usize, f64)| {
+    let gap = |(j, mu): (usize, f64)| {
         let gap = (mu * sigma(j)).abs();
         (gap > allowed(mu)).then_some((j, gap))
     };
-    let gaps: Vec<(usize, f64)> = compliances.iter().filter_map(gap).collect();
+    let gaps: Vec<(usize, f64)> = closed(compliances).filter_map(gap).collect();
     if gaps.is_empty() {
         return Ok(());
     }

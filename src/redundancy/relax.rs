@@ -7,7 +7,7 @@ use super::dependent::Dependent;
 use super::rank::Scaled;
 use super::selection::names;
 use crate::Warning;
-use crate::motion::Compliances;
+use crate::motion::{Compliances, closed, open, with_open};
 use crate::number::larger;
 use crate::system::NodeView;
 
@@ -26,7 +26,8 @@ impl Dependent<'_> {
         let system = self.system;
         let masses = apparent_masses(self.linearisation, system, at);
         let flexibility = flexibilities(system, at, &masses);
-        let shared = of_loops(system, &flexibility);
+        let open: Vec<usize> = self.motion.open_from(0).collect();
+        let shared = with_open(&of_loops(system, &flexibility), &open);
         if shared.is_empty() {
             return false;
         }
@@ -34,7 +35,7 @@ impl Dependent<'_> {
         let roots: Vec<f64> = flexibility.iter().map(|s| s.sqrt()).collect();
         let soft = self.factor_start().ok().and_then(|()| softest(self.linearisation, system, &roots));
         let Some(shares) = soft else {
-            self.linearisation.evaluation.set_compliance(&[]);
+            self.linearisation.evaluation.set_compliance(self.motion.trajectory.compliance_from(0));
             return false;
         };
         let takes_part = |j: &usize| shares[*j].abs() > SHARE;
@@ -77,7 +78,10 @@ impl Dependent<'_> {
     pub(crate) fn relax_again(&mut self, q: &[f64]) -> bool {
         let time = self.motion.trajectory.times[0];
         let design = &self.motion.design;
-        let is_same = |known: &Relaxed| known.q == q && known.design == *design && known.time == time;
+        let is_same = |known: &Relaxed| {
+            let is_open = self.motion.open_from(0).eq(open(&known.shared));
+            known.q == q && known.design == *design && known.time == time && is_open
+        };
         let Some(known) = self.state.relaxed.take().filter(is_same) else { return false };
         self.linearisation.evaluation.set_compliance(&known.compliance);
         let regular = self.factor_start().is_ok();
@@ -87,21 +91,29 @@ impl Dependent<'_> {
             known.warnings.iter().for_each(|warning| self.report.warn(warning.clone()));
             self.state.relaxed = Some(known);
         } else {
-            self.linearisation.evaluation.set_compliance(&[]);
+            self.linearisation.evaluation.set_compliance(self.motion.trajectory.compliance_from(0));
         }
         regular
     }
 
-    /// Computes the weights of unknowns and equations from K(0) at the start, with nothing left out.
+    /// Computes the weights of unknowns and equations from K(0) at the start, with nothing left out or open.
     pub(crate) fn weigh(&mut self) {
-        if !self.motion.leaves_out() {
+        let open: Vec<usize> = self.motion.open_from(0).collect();
+        if !self.motion.leaves_out() && open.is_empty() {
             return self.linearisation.weigh(self.system);
         }
         let chosen = self.motion.trajectory.compliance_from(0).to_vec();
-        self.linearisation.evaluation.set_compliance(&self.motion.shared);
-        if self.factor_start().is_ok() {
-            self.linearisation.weigh(self.system);
+        // Equations that are open now have weights when they have closed, unless they cannot close here.
+        for equations in
+            [with_open(&self.motion.shared, &[]), self.motion.compliance_of_projection(self.system, 0).into_owned()]
+        {
+            self.linearisation.evaluation.set_compliance(&equations);
+            if self.factor_start().is_ok() {
+                self.linearisation.weigh(self.system);
+                break;
+            }
         }
+        self.linearisation.weights.set_open(|j| open.contains(&j));
         self.linearisation.evaluation.set_compliance(&chosen);
     }
 
@@ -110,8 +122,8 @@ impl Dependent<'_> {
         let (motion, start, linearisation) = (&self.motion, self.from.sigma, &self.linearisation);
         let of_stage = |stage: usize| {
             let at = motion.at_stage(node, stage);
-            let compliance = linearisation.evaluation.compliance().iter();
-            let gaps = compliance.map(|&(j, mu)| (mu * (at.sigma[j] - start[j]), mu));
+            let compliance = closed(linearisation.evaluation.compliance());
+            let gaps = compliance.map(|(j, mu)| (mu * (at.sigma[j] - start[j]), mu));
             gaps.filter(|(gap, _)| gap.abs() > LOAD).map(|(gap, mu)| gap * gap / mu).sum()
         };
         let taken = (1..=motion.trajectory.last_stage()).map(of_stage).fold(0.0, larger);

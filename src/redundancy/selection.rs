@@ -20,7 +20,7 @@ use super::closeness::{UNDETERMINED, closeness_here};
 use super::compliances::{CONTRADICTION, refuse_gaps, root_flexibility, softest};
 use super::dependent::Dependent;
 use super::rank::Scaled;
-use crate::motion::{Compliances, Motion, Report};
+use crate::motion::{Compliances, Motion, Report, closed, open};
 use crate::node::{Linearisation, Projection, StepFailure};
 use crate::system::{Given, KnownPart, NodeView, Sums};
 use crate::{Error, Settings, System, Warning};
@@ -39,7 +39,10 @@ const EVERY: usize = 8;
 impl Motion {
     /// True if equations are left out at the current end of the motion.
     pub(crate) fn leaves_out(&self) -> bool {
-        self.trajectory.compliance.last().is_some_and(|part| part.equations != self.shared)
+        self.trajectory.compliance.last().is_some_and(|part| {
+            let is_closed = |(j, _): &(usize, f64)| open(&part.equations).all(|open| open != *j);
+            !closed(&part.equations).eq(closed(&self.shared).filter(is_closed))
+        })
     }
 }
 
@@ -67,7 +70,8 @@ impl Dependent<'_> {
             return;
         }
         let is_close = closeness_here(linearisation, system, &mut point.left) > NEARLY_SINGULAR;
-        let chosen = (&motion.shared[..], motion.trajectory.compliance_into(node));
+        let shared = motion.compliance_of_projection(system, node);
+        let chosen = (&shared[..], motion.trajectory.compliance_into(node));
         let are_good = state.circuits.are_good(linearisation, system, chosen);
         state.losses.is_urgent = is_close || !are_good;
     }
@@ -89,7 +93,7 @@ impl Dependent<'_> {
         (self.state.losses.brake, self.state.losses.is_urgent) = (0.0, false);
         if !self.motion.leaves_out() {
             let (step, time) = (self.motion.step_of_whole(node), self.motion.time(node));
-            let equations = names(self.system, &chosen, &self.motion.shared);
+            let equations = names(self.system, &chosen, &self.motion.compliance_of_projection(self.system, node));
             self.report.warn(Warning::LeftOut { equations, step, time });
         }
         self.motion.set_compliance(node, chosen);
@@ -129,18 +133,20 @@ impl Dependent<'_> {
         let now = self.motion.trajectory.compliance_into(node).to_vec();
         let is_projected = self.project(node, settings)?;
         let Dependent { system, motion, linearisation, report, state, .. } = self;
-        let of = (&motion.shared[..], &now[..]);
+        let shared = motion.compliance_of_projection(system, node);
+        let of = (&shared[..], &now[..]);
         let chosen = is_projected.then(|| select(linearisation, system, &mut state.circuits, of, report)).flatten();
         linearisation.evaluation.set_compliance(&now);
         let restored = linearisation.factor(system, 0.0, motion.node_blocks(node), report);
-        Ok(chosen.filter(|chosen| restored.is_ok() && *chosen != motion.shared))
+        Ok(chosen.filter(|chosen| restored.is_ok() && *chosen != *shared))
     }
 
     /// Evaluates all terms at the projection of a node onto all equations; an error if equations contradict each other there, false if it fails.
     fn project(&mut self, node: usize, settings: &Settings) -> Result<bool, Error> {
         let Dependent { system, motion, linearisation, report, lengths, point: at, .. } = self;
         let y = motion.at(node);
-        linearisation.evaluation.set_compliance(&motion.shared);
+        let shared = motion.compliance_of_projection(system, node);
+        linearisation.evaluation.set_compliance(&shared);
         if linearisation.factor(system, 0.0, motion.node_blocks(node), report).is_err() {
             return Ok(false);
         }
@@ -156,7 +162,7 @@ impl Dependent<'_> {
             Err(_) => false,
         };
         if is_close {
-            let nu = (&motion.shared[..], |j: usize| at.x.sigma[j]);
+            let nu = (&shared[..], |j: usize| at.x.sigma[j]);
             refuse_gaps(system, &NodeView { q: &at.q, ..motion.at(node) }, nu, (settings.position_tolerance, size))?;
         }
         if projected.is_err() || linearisation.factor_here(system, 0.0, report).is_err() {
@@ -170,7 +176,7 @@ impl Dependent<'_> {
         at.left.sigma.iter_mut().zip(sums.phi_dot()).for_each(|(left, phi_dot)| *left = -phi_dot);
         linearisation.solve(system, &mut at.left);
         let within = (settings.velocity_tolerance, linearisation.size_of(here.v));
-        refuse_gaps(system, &here, (&motion.shared, |j| at.left.sigma[j]), within)?;
+        refuse_gaps(system, &here, (&shared, |j| at.left.sigma[j]), within)?;
         Ok(true)
     }
 }

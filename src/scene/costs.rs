@@ -63,6 +63,15 @@ impl Cost<0, 0, 0, 0> for When {
     }
 }
 
+/// b₀ σ.
+struct Multiple;
+
+impl Cost<0, 1, 0, 1> for Multiple {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 1, 0>, b: &SVector<S, 1>) -> S {
+        b[0] * at.sigma[0]
+    }
+}
+
 /// q̇.
 struct Rate;
 
@@ -198,6 +207,15 @@ impl Scene {
     pub fn event_time(&mut self, name: &str, event: usize) -> Output {
         let output = self.output(name);
         self.term(output, name, When, Sum::Event(event), [], [], [], []);
+        output
+    }
+
+    /// Adds the impulse of a constraint equation at an event, N s or N m s, as an output: −Δσ over the steps of length zero that follow the event. It acts
+    /// along Φ_qᵀ and is positive if it increases dΦ/dt. Events are counted from 0 in [`Inputs::events`](crate::Inputs::events).
+    pub fn event_impulse(&mut self, name: &str, equation: Multiplier, event: usize) -> Output {
+        let output = self.output(name);
+        self.term(output, name, Multiple, Sum::AfterEvent(event), [], [equation], [], [(-1.0).into()]);
+        self.term(output, &format!("{name} (before)"), Multiple, Sum::Event(event), [], [equation], [], [1.0.into()]);
         output
     }
 

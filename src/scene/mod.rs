@@ -10,6 +10,7 @@ mod named;
 pub mod planar;
 pub(crate) mod ready;
 pub mod scenes;
+mod switches;
 
 use std::any::TypeId;
 use std::ops::Range;
@@ -336,7 +337,7 @@ impl Scene {
     }
 
     /// Requires a parameter to be positive or zero.
-    pub(crate) fn require_inertia(&mut self, param: Param, what: String) {
+    pub(crate) fn require_nonnegative(&mut self, param: Param, what: String) {
         self.note_required(Required { param, what, may_be_zero: true });
     }
 

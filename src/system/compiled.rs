@@ -11,7 +11,7 @@ use super::formula::{Batches, Entry, Layout, NodeView, PlacedElement, Positions}
 use super::tangent::{Formulas, Sines};
 use crate::Error;
 use crate::linear::{Breakdown, Symbolic};
-use crate::model::{Control, Coordinate, Event, Handle, Output, Param, SceneTag, Shape, Sketch};
+use crate::model::{Control, Coordinate, Event, Gap, Handle, Multiplier, Output, Param, SceneTag, Shape, Sketch, Switch};
 use crate::program::Obstacle;
 
 /// Rounding error allowed in a sum, relative to its terms.
@@ -33,6 +33,8 @@ pub struct System {
     pub(super) positions: Positions,
     pub(super) sines: Sines,
     pub(super) loop_equations: Vec<usize>,
+    pub(super) switches: Vec<Switch>,
+    pub(super) gaps: Vec<Gap>,
     /// The energies that may be undefined at points where their derivatives are defined, by batch and item.
     pub(super) partly_defined: Vec<(usize, usize)>,
     pub(super) names: Names,
@@ -120,6 +122,20 @@ impl System {
     pub fn event(&self, i: usize) -> Event {
         assert!(i < self.events(), "there are {} events; index {i} does not exist", self.events());
         Event(self.scene.handle(i))
+    }
+
+    /// The handle of the multiplier of constraint equation `j`, as returned by the scene.
+    ///
+    /// # Panics
+    /// If `j` is not less than [`m`](Self::m).
+    pub fn multiplier(&self, j: usize) -> Multiplier {
+        assert!(j < self.m, "there are {} constraint equations; index {j} does not exist", self.m);
+        Multiplier(self.scene.handle(j))
+    }
+
+    /// The multipliers of the equations that some event closes or hits, which are open at the start of a motion unless its inputs say otherwise.
+    pub fn open_equations(&self) -> Vec<Multiplier> {
+        self.open_at_start().into_iter().map(|j| self.multiplier(j)).collect()
     }
 
     /// The handle of control `i`, as returned by the scene.

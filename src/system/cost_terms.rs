@@ -52,9 +52,11 @@ impl System {
     /// # Errors
     /// A cost that reads an event which a motion with this number of events does not have.
     pub(crate) fn check_events(&self, events: usize) -> Result<(), Error> {
-        let missing = |term: &Term| matches!(term.sum, Sum::Event(event) if event >= events);
+        let missing = |term: &Term| matches!(term.sum, Sum::Event(event) | Sum::AfterEvent(event) if event >= events);
         match self.terms.last_event.filter(|&last| last >= events).and_then(|_| self.costs.terms().find(missing)) {
-            Some(Term { name, sum: Sum::Event(event), .. }) => Err(Error::NoSuchEvent { term: name.into(), event, events }),
+            Some(Term { name, sum: Sum::Event(event) | Sum::AfterEvent(event), .. }) => {
+                Err(Error::NoSuchEvent { term: name.into(), event, events })
+            }
             _ => Ok(()),
         }
     }
@@ -71,7 +73,7 @@ impl System {
             Sum::Trapezoidal => Some(2),
             Sum::Rectangle => Some(1),
             Sum::Plain | Sum::AllNodes | Sum::Node(_) => None,
-            Sum::Event(_) => Some(usize::MAX),
+            Sum::Event(_) | Sum::AfterEvent(_) => Some(usize::MAX),
         };
         let terms = self.costs.terms().filter(|term| term.output == 0);
         terms.map(|term| of(term.sum)).try_fold(usize::MAX, |least, order| order.map(|order| least.min(order)))
@@ -103,6 +105,11 @@ impl System {
         event_value(&self.costs, event, at)
     }
 
+    /// Whether the function of an event may depend on v̇ or λ.
+    pub(crate) fn event_reads_accelerations(&self, event: usize) -> bool {
+        self.costs.of_event(event).is_some_and(|item| item.uses.accelerations() > Depends::Never)
+    }
+
     /// Whether the costs that are summed with these weights depend on v̇ or λ.
     pub(crate) fn use_of_accelerations<R: Real>(&self, weights: &Weights<R>, factors: &CostFactors) -> Depends {
         if self.terms.uses.accelerations() == Depends::Never {
@@ -110,6 +117,6 @@ impl System {
         }
         let has_value = |weight: R| (0..R::PARTS).any(|part| weight.part(part) != 0.0);
         let is_summed = |sum| weights.of(sum).is_some_and(|weight| has_value(weight) || sum.is_of_both_steps());
-        self.costs.uses_here(weights.node(), &is_summed, factors).accelerations()
+        self.costs.uses_here((weights.node(), weights.event()), &is_summed, factors).accelerations()
     }
 }

@@ -47,7 +47,7 @@ fn every_way_of_summing_gives_the_sum_written_by_hand() {
             Sum::Trapezoidal | Sum::Integral => (1..=last).map(|i| dt[i - 1] * 0.5 * (h(i - 1) + h(i))).sum(),
             Sum::Terminal => h(last),
             Sum::Node(node) => h(node),
-            Sum::Event(_) => 0.0,
+            Sum::Event(_) | Sum::AfterEvent(_) => 0.0,
         };
         let found = [
             solver.cost().expect("cost"),

@@ -8,6 +8,7 @@ mod scenes;
 mod cost_arguments;
 mod costs;
 mod grid_phase;
+mod impacts;
 mod located;
 mod long;
 mod long_chain;

@@ -244,6 +244,19 @@ fn a_force_that_is_switched_off_at_an_event_keeps_the_order() -> Result<(), Erro
 }
 
 #[test]
+fn a_force_that_jumps_without_an_event_is_resolved() -> Result<(), Error> {
+    let system = cart();
+    for composition in [Composition::Trapezoidal, Composition::Suzuki4] {
+        let (steps, count) = (32 / composition.stages(), composition.stages());
+        let node = (steps + 1 + steps / 2) * count;
+        let mut inputs = with_jump(&pushed_by(&system, steps, composition), (node, count), (0.0, false));
+        inputs.controls.columns_range_mut(node + count..).fill(20.0);
+        assert_eq!(gradient(&system, &inputs, Settings::default())?.warnings, [], "{composition:?}");
+    }
+    Ok(())
+}
+
+#[test]
 fn errors_of_the_grid_are_estimated_beside_jumps() -> Result<(), Error> {
     let (system, [value, _]) = (cart(), exact());
     let own = estimate(&system, &pushed(&system, 32), Settings::default())?;

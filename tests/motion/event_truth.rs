@@ -9,11 +9,11 @@ use nalgebra::SVector;
 
 use crate::common::numbers;
 
-const TRUTH: &str = include_str!("../data/events.json");
+pub const TRUTH: &str = include_str!("../data/events.json");
 
-/// b₀ + q, or b₁ + v.
-struct Value {
-    is_rate: bool,
+/// q, or v.
+pub struct Value {
+    pub is_rate: bool,
 }
 
 impl Cost<1, 0, 0, 0> for Value {
@@ -23,27 +23,33 @@ impl Cost<1, 0, 0, 0> for Value {
 }
 
 /// A motion and what the reference says of it.
-struct Case {
-    system: System,
-    start: Start,
+pub struct Case {
+    pub system: System,
+    pub start: Start,
     /// The numbers of the design variables and, behind them, of the coordinates of the start, in the order of the derivatives.
-    designs: Vec<usize>,
-    coordinates: Vec<usize>,
+    pub designs: Vec<usize>,
+    pub coordinates: Vec<usize>,
     /// For each output, its value and its derivatives.
-    truth: Vec<f64>,
+    pub truth: Vec<f64>,
     /// Lengths of the phases, and whether their steps are graded.
-    phases: Vec<(f64, bool)>,
+    pub phases: Vec<(f64, bool)>,
+    /// The events at the ends of phases, and the numbers of steps of length zero that follow them.
+    pub events: Vec<(usize, usize)>,
 }
 
 impl Case {
     /// Errors of values and of derivatives, relative to their norms over all outputs.
-    fn errors(&self, scheme: Scheme, steps: &[usize]) -> Result<[f64; 2], Error> {
-        let grids = self.phases.iter().zip(steps).map(|(&(length, graded), &steps)| {
-            if graded { Grid::graded(steps, length) } else { Grid::uniform(steps, length / steps as f64) }
-        });
-        let grid = grids.reduce(|all, next| all.then(&next)).expect("a phase");
-        let mut inputs = Inputs { start: self.start.clone(), ..Inputs::at_rest(&self.system, grid) };
-        inputs.events = (0..steps.len() - 1).map(|k| self.system.event(0).at(steps[..=k].iter().sum())).collect();
+    pub fn errors(&self, scheme: Scheme, steps: &[usize]) -> Result<[f64; 2], Error> {
+        let (mut grid, mut events) = (Grid::uniform(0, 0.0), Vec::new());
+        for (k, (&(length, graded), &steps)) in self.phases.iter().zip(steps).enumerate() {
+            let own = if graded { Grid::graded(steps, length) } else { Grid::uniform(steps, length / steps as f64) };
+            grid = grid.then(&own);
+            if let Some(&(event, zeros)) = self.events.get(k) {
+                events.push(self.system.event(event).at(grid.steps.len()));
+                grid = grid.then(&Grid::uniform(zeros, 0.0));
+            }
+        }
+        let inputs = Inputs { start: self.start.clone(), events, ..Inputs::at_rest(&self.system, grid) };
         let mut solver = Solver::new(&self.system, Settings { scheme, ..Settings::default() });
         solver.simulate(&inputs)?;
         let values = solver.outputs()?;
@@ -68,7 +74,7 @@ impl Case {
         Ok([0, 1].map(|k| (sums[k] / sizes[k]).sqrt()))
     }
 
-    fn assert_orders(&self, name: &str, scheme: Scheme, order: f64, steps: &[&[usize]]) -> Result<(), Error> {
+    pub fn assert_orders(&self, name: &str, scheme: Scheme, order: f64, steps: &[&[usize]]) -> Result<(), Error> {
         let errors = steps.iter().map(|steps| self.errors(scheme, steps)).collect::<Result<Vec<_>, _>>()?;
         for (which, of) in ["values", "derivatives"].into_iter().enumerate() {
             let errors: Vec<f64> = errors.iter().map(|errors| errors[which]).collect();
@@ -113,7 +119,7 @@ fn ball(name: &str, stiffness: f64, exponent: f64) -> Case {
     let [touch, lift] = [given[0], given[4]];
     let start = Inputs::at_rest(&system, Grid::uniform(1, 1.0)).start;
     let phases = vec![(touch, false), (lift - touch, exponent != 1.0), (0.8 - lift, false)];
-    Case { system, start, designs: vec![0, 1], coordinates: vec![1], truth, phases }
+    Case { system, start, designs: vec![0, 1], coordinates: vec![1], truth, phases, events: vec![(0, 0); 2] }
 }
 
 #[test]
@@ -157,7 +163,7 @@ impl Cost<2, 0, 0, 1> for Distance {
 }
 
 /// The place of the tip.
-struct Tip(usize);
+pub struct Tip(pub usize);
 
 impl Cost<3, 0, 0, 0> for Tip {
     fn cost<S: Scalar>(&self, at: &CostPoint<S, 3, 0, 0>, _b: &SVector<S, 0>) -> S {
@@ -205,7 +211,7 @@ fn double_pendulum() -> Case {
     let [touch, lift] = [given[0], given[7]];
     let phases = vec![(touch, false), (lift - touch, false), (1.08 - lift, false)];
     let coordinates = vec![inner.coordinates[2].index(), angle.index()];
-    Case { system, start, designs: vec![0, 1, 2, 3], coordinates, truth, phases }
+    Case { system, start, designs: vec![0, 1, 2, 3], coordinates, truth, phases, events: vec![(0, 0); 2] }
 }
 
 #[test]

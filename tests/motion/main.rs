@@ -16,6 +16,7 @@ mod corrected;
 mod event_truth;
 mod events;
 mod hard_steps;
+mod impact_truth;
 mod kinks;
 mod restart;
 mod schemes;

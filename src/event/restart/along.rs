@@ -69,7 +69,7 @@ fn project(of: &mut Along, point: OfPoint, (w_dot, nu_dot): (&mut [f64], &mut [f
     phi.set(&at, &along);
     right.sigma.iter_mut().zip(phi.evaluate(system)).for_each(|(right, phi)| *right = -phi.part(ALONG));
 
-    linearisation.evaluation.set_compliance(&motion.shared);
+    linearisation.evaluation.set_compliance(&motion.compliance_of_projection(system, happened.node));
     linearisation.factor(system, 0.0, point.blocks, report)?;
     let mut last = f64::INFINITY;
     left.v.copy_from_slice(&right.v);

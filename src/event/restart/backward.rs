@@ -34,7 +34,8 @@ pub(super) fn momentum(restart: &Restart, of: &mut Backward) {
 /// variables c and e are stored in `own`.
 pub(super) fn projection(restart: &Restart, of: &mut Backward, less: Option<&Pair>) -> Result<(), Breakdown> {
     let Some(numbers) = restart.numbers(&of.happened).projection else { return Ok(()) };
-    of.linearisation.evaluation.set_compliance(&of.motion.shared);
+    let compliances = of.motion.compliance_of_projection(of.system, of.happened.node);
+    of.linearisation.evaluation.set_compliance(&compliances);
     of.rows.q.fill(0.0);
     let mut last = f64::INFINITY;
     for _ in 0..MOST_CORRECTIONS_OF_PROJECTION {

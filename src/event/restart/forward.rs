@@ -12,9 +12,10 @@ pub(super) fn reset(restart: &Restart, of: Forward) -> Result<(), StepFailure> {
     if restart.projects {
         at.x.v.copy_from_slice(end.v);
         at.x.sigma.fill(0.0);
-        if linearisation.evaluation.compliance() != motion.shared {
+        let compliances = motion.compliance_of_projection(system, node);
+        if linearisation.evaluation.compliance() != &*compliances {
             // Left-out equations are projected with the others.
-            linearisation.evaluation.set_compliance(&motion.shared);
+            linearisation.evaluation.set_compliance(&compliances);
             linearisation.factor(system, 0.0, motion.node_blocks(node), report).map_err(StepFailure::Singular)?;
         }
         Projection { system, motion, linearisation, report, lengths, node }.apply(at)?;

@@ -47,7 +47,7 @@ fn project<R: Real>(of: &mut Lifted<R>, nu: &[f64]) -> Result<(), Error> {
     let mut nu: Vec<R> = nu.iter().map(|&nu| nu.into()).collect();
     let mut w: Vec<R> = after.q.iter().zip(end.q).map(|(&q, &before)| q - before).collect();
     let mut phi = vec![R::zero(); nu.len()];
-    linearisation.evaluation.set_compliance(&motion.shared);
+    linearisation.evaluation.set_compliance(&motion.compliance_of_projection(system, node));
     let factored = linearisation.factor(system, 0.0, motion.node_blocks(node), report);
     factored.map_err(|breakdown| system.singular_step(&breakdown, motion.step_of_whole(node), motion.time(node)))?;
     let mut sizes = vec![Shrinking::new(); R::PARTS];

@@ -101,8 +101,8 @@ impl Scene {
     fn elements_of_body(&mut self, name: &str, [mass, inertia]: [Param; 2], place: [f64; 3]) -> Body {
         let q = self.coordinates(name, ["x", "y", "φ"]);
         q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
-        self.require_inertia(mass, format!("the mass of `{name}`"));
-        self.require_inertia(inertia, format!("the moment of inertia of `{name}`"));
+        self.require_nonnegative(mass, format!("the mass of `{name}`"));
+        self.require_nonnegative(inertia, format!("the moment of inertia of `{name}`"));
         self.kinetic_energy(name, RigidBody, q, [mass, inertia]);
         self.potential_energy(
             &format!("weight of {name}"),
@@ -125,7 +125,7 @@ impl Scene {
     fn elements_of_particle(&mut self, name: &str, mass: Param, place: [f64; 2]) -> Particle {
         let q = self.coordinates(name, ["x", "y"]);
         q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
-        self.require_inertia(mass, format!("the mass of `{name}`"));
+        self.require_nonnegative(mass, format!("the mass of `{name}`"));
         self.kinetic_energy(name, PointMass, q, [mass]);
         self.potential_energy(&format!("weight of {name}"), Weight, q, [mass, Param::gravity(0), Param::gravity(1)]);
         let particle = Particle { coordinates: q };

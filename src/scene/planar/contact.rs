@@ -84,8 +84,8 @@ impl Force<6, 0, 9> for Contact {
     }
 }
 
-/// n · d of a [`Contact`], which is negative during the contact, for the coordinates that are there.
-struct Gap(&'static [usize]);
+/// The gap n · d of a contact, which is negative during the contact, for the coordinates that are there.
+pub(super) struct Gap(pub(super) &'static [usize]);
 
 impl ListCost for Gap {
     fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {

@@ -28,6 +28,7 @@ mod geometry;
 mod ground;
 mod joints;
 mod motion;
+mod rigid;
 #[cfg(test)]
 mod tests;
 
@@ -44,10 +45,11 @@ pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
 #[cfg(feature = "files")]
 pub(crate) use motion::MOTIONS;
 pub use motion::{Constant, ConstantSpeed, Harmonic, Motion};
+pub use rigid::{PointOnLine, RigidContact};
 
 /// All kinds of ready-made parts.
 #[cfg(feature = "files")]
-pub(crate) static KINDS: [&crate::scene::ready::Kind; 22] = [
+pub(crate) static KINDS: [&crate::scene::ready::Kind; 23] = [
     &joints::REVOLUTE,
     &joints::PRISMATIC,
     &joints::WELD,
@@ -68,6 +70,7 @@ pub(crate) static KINDS: [&crate::scene::ready::Kind; 22] = [
     &contact::COULOMB_FRICTION,
     &contact::COULOMB_SLIDING,
     &contact::CONTACT,
+    &rigid::RIGID_CONTACT,
     &gears::GEAR,
     &gears::RACK,
 ];

@@ -1,6 +1,7 @@
 //! Located events in complex or dual numbers: the parts of the lengths of phases for which the parts of the functions of events vanish.
 
 use super::{Lifted, Near};
+use crate::accelerations::EventFunctions;
 use crate::motion::{Phases, Refinement};
 use crate::number::Real;
 use crate::{Error, Inputs};
@@ -21,7 +22,7 @@ impl<R: Real> Lifted<R> {
         let (phases, mut taken) = (Phases::new(&given.events, given.grid.steps.len()), given.clone());
         let scales = near.motion.scales.clone();
         let mut left = given.grid.steps.iter().fold(R::zero(), |sum, &dt| sum + dt);
-        let mut first = 1;
+        let (mut first, mut functions) = (1, EventFunctions::default());
         for phase in 0..phases.count() {
             let last = near.motion.trajectory.column_of(phases.steps(phase).end);
             let own = phases.length(phase, &given.grid.steps);
@@ -37,7 +38,9 @@ impl<R: Real> Lifted<R> {
                     break;
                 }
                 let at = self.trajectory.at((&self.inputs, &self.design), last);
-                let now = Pass { length, g: near.system.event_value(given.events[phase].event.index(), &at) };
+                let place = (near.motion.node_of_whole(last), near.motion.trajectory.compliance_from(last));
+                let g = functions.value(near.system, given.events[phase].event.index(), (&at, place))?;
+                let now = Pass { length, g };
                 let size = self.size(now.g);
                 // The mixed part of a hyper-dual number depends on the others.
                 let is_stalled = before.is_some_and(|before| pass >= R::PARTS && size >= 0.5 * self.size(before.g));

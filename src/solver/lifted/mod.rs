@@ -192,7 +192,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let (Start::Assembled { q, v, .. }, Some(assembly)) = (&inputs.start, &motion.assembly) else { return Ok(None) };
         let near = (assembly, motion.at(0).into());
         let given = Given { u: inputs.controls_at(0), t: inputs.grid.start, design };
-        let mut assembler = Assembler { system, linearisation, report, tolerance: 0.0 };
+        let open = motion.open_from(0).collect();
+        let mut assembler = Assembler { system, linearisation, report, tolerance: 0.0, open };
         let start = assembler.lift((q.as_slice(), v.as_slice()), near, given)?;
         linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));
         Ok(Some(Inputs { start, ..inputs.clone() }))
@@ -243,6 +244,8 @@ impl<R: Real> Lifted<R> {
 
     fn step(&mut self, near: &mut Near, i: usize) -> Result<(), Error> {
         let happened = near.motion.events.at(i);
+        // A phase whose end is located is passed several times.
+        near.linearisation.evaluation.set_compliance(near.motion.trajectory.compliance_into(i));
         let (scheme, dt) = (self.trajectory.scheme, self.inputs.grid.steps[i - 1]);
         for s in 1..=scheme.stages() {
             let is_node = s == scheme.stages();

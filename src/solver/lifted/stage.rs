@@ -107,7 +107,7 @@ impl<R: Real> Lifted<R> {
             let sigma =
                 add_correction(self.trajectory.stage_mut(i, s).sigma, part, &self.part.sigma, (SMALL * scale, unit))?;
             // For dependent constraints, the component of σ that causes no motion is known to a few digits only.
-            largest = if self.trajectory.compliance.is_empty() { largest.max(sigma) } else { largest };
+            largest = if !self.trajectory.has_dependent() { largest.max(sigma) } else { largest };
         }
         Some((largest, is_rounding))
     }

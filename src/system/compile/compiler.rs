@@ -24,6 +24,7 @@ impl System {
         scene.batches.0.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
         scene.costs.resolve(&mut resolve);
         scene.positive.iter_mut().for_each(|required| required.param = resolve(required.param));
+        scene.resolve_switches(&mut resolve);
         parameters.differentiate();
         let names = Names::new(&scene);
         let (mut batches, mut costs) = (scene.batches, scene.costs);
@@ -43,7 +44,8 @@ impl System {
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let partly_defined = elements.iter().filter(|element| element.formula.partly_defined);
         let partly_defined = partly_defined.map(|element| element.place).collect();
-        let analysis = structure::analyse((&elements, &batches), &blocks, (n, m), &at);
+        let may_open: Vec<usize> = scene.switches.iter().map(|switch| switch.equation).collect();
+        let analysis = structure::analyse((&elements, &batches), (&blocks, &may_open), (n, m), &at);
         let structure::Analysis { symbolic, sines, loop_equations } = analysis;
         let formulas = Formulas::new(elements, Layout { n, m, k, p: values.len() }, &symbolic);
         // The entries of K are numbered by `u32`.
@@ -67,6 +69,8 @@ impl System {
             positions,
             sines,
             loop_equations,
+            switches: scene.switches,
+            gaps: scene.gaps,
             partly_defined,
             names,
             initial,

@@ -46,12 +46,13 @@ pub(in crate::system) struct Groups {
 
 pub(in crate::system) fn groups(
     (elements, batches): (&[Element], &Batches),
-    (blocks, inertia): (&[Range<usize>], &[f64]),
+    (blocks, inertia, may_open): (&[Range<usize>], &[f64], &[usize]),
     (n, m): (usize, usize),
     at: &NodeView<f64>,
 ) -> Groups {
     let block_of: Vec<usize> = blocks.iter().enumerate().flat_map(|(b, range)| range.clone().map(move |_| b)).collect();
-    let joints = joints(elements, &block_of);
+    let (may_open, joints): (Vec<Joint>, Vec<Joint>) =
+        joints(elements, &block_of).into_iter().partition(|joint| joint.equations.iter().any(|j| may_open.contains(j)));
     let tree = Tree::new(blocks.len(), &joints);
     let moved: Vec<f64> = (1..).zip(at.q).map(|(i, q)| q + 0.3 + 0.4 * f64::from(i).sin()).collect();
     let phi_q = [*at, NodeView { q: &moved, ..*at }].map(|at| jacobian(batches, m, &at));
@@ -63,7 +64,8 @@ pub(in crate::system) fn groups(
         parent.into_iter().for_each(|parent| groups[parent].after.push(Branch { from: child, length: 1 }));
     }
     let mut owned: Vec<Vec<usize>> = vec![Vec::new(); blocks.len()];
-    let mut loop_equations = Vec::new();
+    // A body that a constraint carries only for a time does not own it.
+    let mut loop_equations = may_open;
     for joint in joints {
         let regular = |&b: &usize| can_own(&owned[b], &joint.equations, &blocks[b], &phi_q);
         match tree.carried_by(&joint.blocks).filter(regular) {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::model::{Param, SceneTag, Sketch};
+use crate::model::{Action, Gap, Param, SceneTag, Sketch, Switch};
 use crate::system::cost::Costs;
 use crate::system::formula::Batches;
 
@@ -20,6 +20,9 @@ pub(crate) struct Parts {
     pub(crate) outputs: Vec<String>,
     /// The names of the events.
     pub(crate) events: Vec<String>,
+    /// What happens at events.
+    pub(crate) switches: Vec<Switch>,
+    pub(crate) gaps: Vec<Gap>,
     /// Outputs that are only reported; optimisers constrain them only when told to.
     pub(crate) looked_at: Vec<usize>,
     pub(crate) designs: Vec<(String, f64)>,
@@ -40,4 +43,15 @@ pub(crate) struct Required {
     pub(crate) param: Param,
     pub(crate) what: String,
     pub(crate) may_be_zero: bool,
+}
+
+impl Parts {
+    /// Replaces the parameters of switches by their indices among the values.
+    pub(in crate::system) fn resolve_switches(&mut self, mut resolve: impl FnMut(Param) -> Param) {
+        for switch in &mut self.switches {
+            if let Action::Impact(restitution) = &mut switch.action {
+                *restitution = resolve(*restitution);
+            }
+        }
+    }
 }

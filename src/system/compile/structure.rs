@@ -35,14 +35,14 @@ fn constants(elements: &[Element], design: &[f64], into: &mut Constants) {
 pub(in crate::system) struct Analysis {
     pub(in crate::system) symbolic: Symbolic,
     pub(in crate::system) sines: Sines,
-    /// The constraint equations that close loops; only these can depend on other equations.
+    /// The constraint equations that close loops; only these can depend on other equations, or open.
     pub(in crate::system) loop_equations: Vec<usize>,
 }
 
 /// Analyses K at the initial position of a scene.
 pub(in crate::system) fn analyse(
     (elements, batches): (&[Element], &Batches),
-    blocks: &[Range<usize>],
+    (blocks, may_open): (&[Range<usize>], &[usize]),
     (n, m): (usize, usize),
     at: &NodeView<f64>,
 ) -> Analysis {
@@ -63,8 +63,8 @@ pub(in crate::system) fn analyse(
         v[i] = 0.0;
     }
     inertia.iter().zip(&mut constant).for_each(|(inertia, constant)| *constant &= *inertia != 0.0);
-    let Groups { groups, loop_equations } = groups::groups((elements, batches), (blocks, &inertia), (n, m), at);
-    // Diagonal entries for compliances, in case the loop equations are dependent.
+    let Groups { groups, loop_equations } = groups::groups((elements, batches), (blocks, &inertia, may_open), (n, m), at);
+    // Diagonal entries for compliances, in case the loop equations are dependent or open.
     for &j in &loop_equations {
         entries.push((n + j, n + j));
         constant[n + j] = false;

@@ -9,7 +9,7 @@ use super::cost_programs::CostPrograms;
 use super::cost_use::{CostUse, Depends, Term};
 use super::placed_cost::{PlacedCost, Recorded};
 use super::rows::CostRows;
-use super::weights::Weights;
+use super::weights::{Occurring, Weights};
 use crate::Error;
 use crate::model::Param;
 use crate::model::element::Sum;
@@ -108,11 +108,9 @@ impl Costs {
     }
 
     /// # Errors
-    /// The function of an event that depends on v̇, λ or u̇.
+    /// The function of an event that depends on u̇.
     pub fn check_events(&self) -> Result<(), Error> {
-        let reads = |item: &&PlacedCost| {
-            item.output >= EVENTS && item.uses.accelerations().max(item.uses.control_rates()) == Depends::Always
-        };
+        let reads = |item: &&PlacedCost| item.output >= EVENTS && item.uses.control_rates() == Depends::Always;
         let event = self.items.iter().find(reads).map(|item| item.of.name.clone());
         event.map_or(Ok(()), |event| Err(Error::EventArguments { event }))
     }
@@ -142,10 +140,14 @@ impl Costs {
     }
 
     /// The quantities needed by the costs that are summed at a given node, or between given nodes.
-    pub fn uses_here(&self, node: Option<usize>, is_summed: &dyn Fn(Sum) -> bool, factors: &CostFactors) -> CostUse {
-        // Functions of events do not depend on what this is needed for.
-        let here = self.items_here(node, factors).filter(|item| item.output < EVENTS);
-        let summed = here.filter(|item| factors.here(item.output, None) != 0.0 && is_summed(item.sum));
+    pub fn uses_here(
+        &self,
+        (node, event): (Option<usize>, Option<Occurring>),
+        is_summed: &dyn Fn(Sum) -> bool,
+        factors: &CostFactors,
+    ) -> CostUse {
+        let here = self.items_here(node, factors);
+        let summed = here.filter(|item| factors.here(item.output, event) != 0.0 && is_summed(item.sum));
         summed.fold(CostUse::NONE, |uses, item| uses.and(item.uses))
     }
 

@@ -29,8 +29,11 @@ impl Terms {
         let single =
             all.iter().filter_map(|term| if let Sum::Node(node) = term.sum { Some((node, term.name)) } else { None });
         let last_node = single.max_by_key(|(node, _)| *node).map(|(node, name)| (node, name.to_string()));
-        let last_event =
-            all.iter().filter_map(|term| if let Sum::Event(event) = term.sum { Some(event) } else { None }).max();
+        let of_event = |term: &Term| match term.sum {
+            Sum::Event(event) | Sum::AfterEvent(event) => Some(event),
+            _ => None,
+        };
+        let last_event = all.iter().filter_map(of_event).max();
         let integral = all.iter().any(|term| term.sum == Sum::Integral);
         let uses = all.iter().fold(CostUse::NONE, |uses, term| uses.and(term.uses));
         Terms { running, integral, last_node, last_event, uses }

@@ -56,6 +56,8 @@ pub struct GivenWeights<R> {
     pub terminal: R,
     /// The event at this node.
     pub event: Option<Occurring>,
+    /// The number of the event after whose steps of length zero this node is.
+    pub after_event: Option<usize>,
 }
 
 /// An event at a node.
@@ -88,7 +90,15 @@ impl<R: Real> Weights<R> {
     /// The factor 1 for the costs that the trapezoidal rule integrates, 0 for all others.
     pub fn of_integrands() -> Self {
         let (zero, one) = (R::zero(), R::one());
-        let given = GivenWeights { node: None, plain: zero, rectangle: zero, trapezoidal: one, terminal: zero, event: None };
+        let given = GivenWeights {
+            node: None,
+            plain: zero,
+            rectangle: zero,
+            trapezoidal: one,
+            terminal: zero,
+            event: None,
+            after_event: None,
+        };
         Weights { given: Some(given), integral: one, side: Beside::After }
     }
 
@@ -111,6 +121,7 @@ impl<R: Real> Weights<R> {
             trapezoidal: f(given.trapezoidal),
             terminal: f(given.terminal),
             event: given.event,
+            after_event: given.after_event,
         });
         Weights { given, integral: f(self.integral), side: self.side }
     }
@@ -128,6 +139,9 @@ impl<R: Real> Weights<R> {
             (Sum::Node(node), Some(given)) => (given.node == Some(node) && self.side.has_before()).then(R::one),
             (Sum::Event(number), Some(given)) => {
                 (given.event.is_some_and(|event| event.number == number) && self.side.has_before()).then(R::one)
+            }
+            (Sum::AfterEvent(number), Some(given)) => {
+                (given.after_event == Some(number) && self.side.has_before()).then(R::one)
             }
         }
     }
@@ -147,6 +161,7 @@ impl<R: Real> GivenWeights<R> {
             trapezoidal: (length(counted_before) + length(counted)) * 0.5,
             terminal: if after.is_some() { zero } else { one },
             event: None,
+            after_event: None,
         }
     }
 }

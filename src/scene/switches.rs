@@ -1,0 +1,110 @@
+//! What happens at the events of a scene: constraints open, close, or are hit.
+
+use nalgebra::SVector;
+
+use super::Scene;
+use crate::model::{Action, Event, Gap, Multiplier, Param, Switch};
+use crate::{Cost, CostPoint, Error, Scalar};
+
+/// λ.
+struct Reaction;
+
+impl Cost<0, 1, 0, 0> for Reaction {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 1, 0>, _b: &SVector<S, 0>) -> S {
+        at.lambda[0]
+    }
+}
+
+impl Scene {
+    /// Opens constraint equations at an event: from then on, dΦ/dt = 0 does not hold, and σ̇ = 0, so that no force acts.
+    ///
+    /// A step of length zero must follow the node of the event ([`Inputs::events`](crate::Inputs::events)). Its end belongs to the motion with the
+    /// equations open.
+    pub fn open_at(&mut self, event: Event, equations: &[Multiplier]) {
+        self.switch_at(event, equations, Action::Open);
+    }
+
+    /// Closes constraint equations at an event: from then on, dΦ/dt = 0 holds. The velocities jump as in a plastic impact; the impulses are the changes
+    /// of σ, Eq. (1a) with the same q and p*.
+    ///
+    /// A step of length zero must follow the node of the event ([`Inputs::events`](crate::Inputs::events)). Equations that some event closes are open at
+    /// the start, unless [`Inputs::open`](crate::Inputs::open) says otherwise.
+    pub fn close_at(&mut self, event: Event, equations: &[Multiplier]) {
+        self.switch_at(event, equations, Action::Close);
+    }
+
+    /// Closes constraint equations at an event, at their present values: from then on, dΦ/dt = 0 holds, but Φ need not be zero. Use it where a foot or a wheel
+    /// begins to stick wherever it is. Otherwise as [`close_at`](Self::close_at). Such equations are not projected
+    /// ([`Settings::drift_bound`](crate::Settings::drift_bound)).
+    pub fn hold_at(&mut self, event: Event, equations: &[Multiplier]) {
+        self.switch_at(event, equations, Action::Hold);
+    }
+
+    /// Makes an event an impact on a constraint equation, with a coefficient of restitution e: dΦ/dt jumps to −e dΦ/dt, by an impulse along Φ_qᵀ, to which
+    /// all joints react. Without friction, Poisson's and Newton's hypotheses agree.
+    ///
+    /// Two steps of length zero must follow the node of the event ([`Inputs::events`](crate::Inputs::events)): at the end of the first, dΦ/dt = 0; at the
+    /// end of the second, the velocities are those after the impact. The equation is open before and after, and its σ has changed by the impulse, N s.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Solver, planar::Body};
+    ///
+    /// let mut scene = Scene::new();
+    /// let ball = scene.particle("ball", 2.0, [0.0, 1.0]);
+    /// scene.gravity(0.0, -9.81);
+    /// let floor = scene.stop("floor", Body::GROUND.at(0.0, 0.0), std::f64::consts::FRAC_PI_2, ball.point());
+    /// let restitution = scene.design("restitution", 0.8);
+    /// scene.impact_at(floor.event, floor.equation, restitution);
+    /// let system = scene.compile()?;
+    ///
+    /// let mut inputs = Inputs::at_rest(&system, Grid::new(0.0, [vec![0.03; 15], vec![0.0; 2], vec![0.03; 10]].concat()));
+    /// inputs.events = vec![floor.event.at(15)];
+    /// let mut solver = Solver::new(&system, Settings::default());
+    /// let motion = solver.simulate(&inputs)?;
+    /// let fall = (2.0 * 9.81f64).sqrt();
+    /// let [before, after] = [15, 17].map(|node| motion.v[(1, node)]);
+    /// assert!((before + fall).abs() < 1e-12 && (after - 0.8 * fall).abs() < 1e-12);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    pub fn impact_at(&mut self, event: Event, equation: Multiplier, restitution: impl Into<Param>) {
+        let restitution = restitution.into();
+        let name = self.name_of(event);
+        if self.check_params(&name, &[restitution]) {
+            self.require_nonnegative(restitution, format!("the restitution at event `{name}`"));
+            self.switch_at(event, &[equation], Action::Impact(restitution));
+        }
+    }
+
+    /// Adds the event λ = 0 of a constraint equation: where a closed contact would begin to pull, or a joint is free of force.
+    pub fn reaction_event(&mut self, name: &str, equation: Multiplier) -> Event {
+        self.event(name, Reaction, [], [equation], [], [])
+    }
+
+    fn switch_at(&mut self, event: Event, equations: &[Multiplier], action: Action) {
+        let name = self.name_of(event);
+        if !(self.check(&name, "event", [event.0]) && self.check(&name, "multiplier", equations.iter().map(|sigma| sigma.0)))
+        {
+            return;
+        }
+        self.parts.scene.begin_part();
+        self.recipe.note_own(&name);
+        for equation in equations.iter().map(Multiplier::index) {
+            let is_here = |known: &Switch| (known.event, known.equation) == (event.index(), equation);
+            if self.parts.switches.iter().any(is_here) {
+                self.report(Error::DuplicateName { kind: "change of an equation at event", name: name.clone() });
+            }
+            self.parts.switches.push(Switch { event: event.index(), equation, action });
+        }
+    }
+
+    /// Notes that the event and the constraint with this name are the gap of a rigid contact.
+    pub(crate) fn note_gap(&mut self, name: &str) {
+        if let (Some(event), Some(equation)) = (self.event_named(name), self.parts.equations.checked_sub(1)) {
+            self.parts.gaps.push(Gap { event: event.index(), equation });
+        }
+    }
+
+    fn name_of(&self, event: Event) -> String {
+        self.parts.events.get(event.index()).cloned().unwrap_or_default()
+    }
+}

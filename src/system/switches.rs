@@ -1,0 +1,47 @@
+//! What happens at events: constraints open, close, or are hit.
+
+use crate::System;
+use crate::model::{Action, Gap, Switch};
+
+impl System {
+    /// True if there are rigid contacts.
+    pub(crate) fn has_gaps(&self) -> bool {
+        !self.gaps.is_empty()
+    }
+
+    /// The gaps of rigid contacts whose equations some event changes.
+    pub(crate) fn gaps(&self) -> impl Iterator<Item = Gap> + '_ {
+        self.gaps.iter().filter(|gap| self.may_open(gap.equation)).copied()
+    }
+
+    /// The changes of constraint equations at an event.
+    pub(crate) fn switches_of(&self, event: usize) -> impl Iterator<Item = Switch> + '_ {
+        self.switches.iter().filter(move |switch| switch.event == event).copied()
+    }
+
+    /// The number of steps of length zero that must follow an event: one in which constraints open and close, and a second one for the restitution of
+    /// an impact.
+    pub(crate) fn zero_steps_of(&self, event: usize) -> usize {
+        let of = |switch: Switch| if matches!(switch.action, Action::Impact(_)) { 2 } else { 1 };
+        self.switches_of(event).map(of).max().unwrap_or(0)
+    }
+
+    /// The equations that some event closes or hits. They are open at the start unless the inputs say otherwise.
+    pub(crate) fn open_at_start(&self) -> Vec<usize> {
+        let all = self.switches.iter().filter(|switch| switch.action != Action::Open);
+        let mut open: Vec<usize> = all.map(|switch| switch.equation).collect();
+        open.sort_unstable();
+        open.dedup();
+        open
+    }
+
+    /// The equations that some event closes at their present values.
+    pub(crate) fn held(&self) -> impl Iterator<Item = usize> + '_ {
+        self.switches.iter().filter(|switch| switch.action == Action::Hold).map(|switch| switch.equation)
+    }
+
+    /// True if some event changes an equation, so that it may be open.
+    pub(crate) fn may_open(&self, equation: usize) -> bool {
+        self.switches.iter().any(|switch| switch.equation == equation)
+    }
+}
