@@ -10,8 +10,11 @@ use super::graph::Graph;
 impl Graph {
     /// x where a condition holds, and 0 elsewhere.
     pub(super) fn keep_where(&mut self, condition: Node, x: Node) -> Node {
-        if self.is_zero(x) {
-            return x;
+        match self.value(condition) {
+            Some(0.0) => return self.constant(0.0),
+            Some(_) => return x,
+            None if self.is_zero(x) => return x,
+            None => {}
         }
         let both = self.condition(x).map_or(condition, |other| self.joined(condition, other, true));
         let node = self.put(Expression::Where(condition, x));

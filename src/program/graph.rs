@@ -86,6 +86,16 @@ impl Graph {
         (graph, map)
     }
 
+    /// Whether nodes are 0 for all arguments if `node` has the value `end`, an argument of it.
+    pub(super) fn vanish_at(&self, of: &[Node], node: Node, end: Node) -> bool {
+        let (mut graph, mut map) = (Graph::default().loose(), vec![Node(u32::MAX); self.len()]);
+        for x in self.reachable(of.iter().copied().chain([end])) {
+            let value = if x == node { end } else { x };
+            map[x.index()] = graph.make(self.expression(value).map(|x| map[x.index()]));
+        }
+        of.iter().all(|x| graph.is_zero(map[x.index()]))
+    }
+
     /// Keeps the signs of zeros in exactly those nodes whose sign the results depend on.
     pub(super) fn keep_signs(&mut self, results: &[Node]) {
         self.signed = self.sees_signs(results);

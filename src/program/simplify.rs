@@ -191,6 +191,8 @@ impl Graph {
     pub(super) fn slope_power(&mut self, x: Node, n: Node) -> Node {
         match self.value(n) {
             Some(0.0 | 1.0) => self.power(x, n),
+            // An infinite slope remains a node, so that its product with 0 is 0.
+            Some(exponent) if self.value(x).is_some_and(|x| x.powf(exponent).is_finite()) => self.power(x, n),
             _ => self.put(Expression::SlopePower(x, n)),
         }
     }
@@ -216,7 +218,7 @@ impl Graph {
     }
 
     pub(super) fn less(&mut self, x: Node, y: Node) -> Node {
-        self.put(Expression::Less(x, y))
+        self.folded([x, y], |x, y| f64::from(u8::from(x < y)), Expression::Less)
     }
 
     /// x y, which is 0 where y is, even if x is infinite.

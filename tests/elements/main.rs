@@ -6,6 +6,7 @@ mod common;
 mod scenes;
 
 mod bad_models;
+mod contacts;
 mod edges;
 mod forces;
 mod friction;

@@ -48,8 +48,13 @@ fn everything() -> Scene {
     scene.gear("gear", wheels[0], 0.3, wheels[1], 0.2);
     let plate = scene.body("plate", 1.0, 0.1, [-0.8, 0.9, 0.0]);
     scene.weld("glue", wheels[1].at(0.0, 0.1), plate.at(0.0, 0.0), 0.0);
+    let law = [1e5, 0.3, 0.3, 0.1, 1e-3].map(Into::into);
+    scene.circle_contact("round floor", Body::GROUND.at(0.0, -0.9), std::f64::consts::FRAC_PI_2, load.point(), 0.1, law);
+    scene.circle_pair_contact("stone", Body::GROUND.at(3.0, -1.0), 0.2, load.point(), 0.1, law);
     let slide = scene.body("slide", 1.0, 0.1, [0.0, 1.5, 0.0]);
     scene.prismatic("rail", Body::GROUND.at(0.0, 1.5), 0.0, slide.at(0.0, 0.0), 0.0);
+    let (ground, law) = (Body::GROUND.at(0.0, 1.5), [1e4, 0.1, 0.0].map(Into::into));
+    scene.sliding_end_stop("ends of the rail", ground, 0.0, slide.at(0.0, 0.0), [-0.3, 0.3].map(Into::into), law);
     scene
 }
 
@@ -121,7 +126,23 @@ fn the_page_holds_the_motion_of_every_body_and_is_small() {
 #[test]
 fn all_parts_are_drawn() {
     let page = page_of_everything();
-    for name in ["boom", "foot", "cylinder", "pull", "spring", "motor", "floor", "load", "rope", "gear", "glue", "rail"] {
+    for name in [
+        "boom",
+        "foot",
+        "cylinder",
+        "pull",
+        "spring",
+        "motor",
+        "floor",
+        "load",
+        "rope",
+        "gear",
+        "glue",
+        "rail",
+        "round floor",
+        "stone",
+        "ends of the rail",
+    ] {
         assert!(page.contains(&format!("<title>{name}</title>")), "{name}");
     }
 }

@@ -45,6 +45,19 @@ fn everything() -> Scene {
     scene.applied_torque("twist", block, Constant, [0.2.into()]);
     let ball = scene.body("ball", 0.5, 0.02, [2.0, 1.0, 0.0]);
     scene.contact("floor", ground(0.0, 0.9), 1.5, ball.at(0.0, -0.1), [500.0.into(), 0.1.into(), 0.2.into(), 0.1.into()]);
+    let rough = |width: f64| [500.0, 0.1, 0.2, 0.1, width].map(Param::from);
+    scene.circle_contact("round floor", ground(0.0, 0.8), 1.5, ball.at(0.0, 0.0), l * 0.4, rough(0.01));
+    scene.circle_pair_contact("worn hinge", ground(2.0, 1.0), -(l * 0.5), ball.at(0.0, 0.0), 0.245, rough(0.0));
+    scene.end_stop("stop of the rod", Body::GROUND, rod, [(-0.1).into(), l * 1.0], [50.0.into(), 0.1.into(), 0.02.into()]);
+    let track = [1.9, 2.1].map(Param::from);
+    scene.sliding_end_stop(
+        "stop of the cart",
+        ground(0.0, 0.0),
+        0.0,
+        cart.at(0.0, 0.0),
+        track,
+        [90.0, 0.1, 0.0].map(Into::into),
+    );
     let soft = [30.0, 40.0, 0.5].map(Into::into);
     scene.bushing("mount", cart.at(0.0, 0.9), ball.at(0.0, 0.0), soft, [0.1, 0.2, 0.01].map(Into::into));
     let cylinder = scene.control("cylinder");
@@ -92,8 +105,8 @@ fn every_part_comes_back_as_it_was() {
     let kinds: BTreeSet<&str> = file["parts"].as_array().expect("parts").iter().filter_map(|p| p["kind"].as_str()).collect();
     assert_eq!(
         kinds.len(),
-        22 + 6 + 4,
-        "22 kinds of parts, and controls, design variables, gravity, bodies, particles, values; effort, time, end states, readings: {kinds:?}"
+        26 + 6 + 4,
+        "26 kinds of parts, and controls, design variables, gravity, bodies, particles, values; effort, time, end states, readings: {kinds:?}"
     );
     let read = SceneFile::from_json(&json).expect("a scene").complete().expect("whole");
     assert_eq!(read.to_json().expect("a file"), json, "written again it is the same");

@@ -3,8 +3,8 @@
 use hamiltonian_adjoint::check::Input;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Composition, Cost, CostPoint, Error, Gradient, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Real, Scalar, Scene,
-    Scheme, Settings, Solver, Start, Sum, System,
+    Cost, CostPoint, Error, Gradient, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Real, Scalar, Scene, Scheme, Settings,
+    Solver, Start, Sum, System,
 };
 use nalgebra::SVector;
 

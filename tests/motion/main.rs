@@ -20,4 +20,5 @@ mod impact_truth;
 mod kinks;
 mod restart;
 mod schemes;
+mod smooth;
 mod warnings;

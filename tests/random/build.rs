@@ -160,6 +160,11 @@ impl Constants<'_> {
         }
     }
 
+    /// A number of a law, whose width is no design variable if it is 0.
+    fn of_law(&mut self, value: f64) -> Param {
+        if value == 0.0 { value.into() } else { self.of(value) }
+    }
+
     /// The point of a part that is here at the start.
     fn point(&mut self, part: Part, [x, y]: [f64; 2]) -> Point {
         let (dx, dy, (sin, cos)) = (x - part.place[0], y - part.place[1], part.place[2].sin_cos());
@@ -449,9 +454,52 @@ impl<'d> Builder<'d> {
                 let (Some(q), Some(control)) = (body, self.control(load.control)) else { return };
                 self.scene.force(&name, Mixed, q, [control], constants.map(|x| c.of(x)));
             }
+            LoadKind::Contact { at, angle, radius, depth, law } => {
+                self.contact(&name, [a, b], (at, angle, radius, depth), law, &mut c)
+            }
+            LoadKind::Stop { at, axis, limits, law } => {
+                let law = law.map(|x| c.of_law(x));
+                match axis {
+                    None => {
+                        let turn = b.place[2] - a.place[2];
+                        self.scene.end_stop(&name, a.frame, b.frame, limits.map(|x| c.of(turn + x)), law);
+                    }
+                    Some(axis) => {
+                        let (from, to) = (c.point(a, at), c.point(b, at));
+                        let axis = c.of(axis - a.place[2]);
+                        self.scene.sliding_end_stop(&name, from, axis, to, limits.map(|x| c.of(x)), law);
+                    }
+                }
+            }
             LoadKind::TipMass { mass, at } => {
                 let Some(q) = body else { return };
                 self.scene.kinetic_energy(&name, TipMass, q, [c.of(mass), c.of(at[0]), c.of(at[1])]);
+            }
+        }
+    }
+
+    /// A circle of radius 0.3 at the given point of b that begins at the given depth in a half-plane or a circle of a.
+    fn contact(
+        &mut self,
+        name: &str,
+        [a, b]: [Part; 2],
+        (at, angle, radius, depth): ([f64; 2], f64, Option<f64>, f64),
+        law: [f64; 4],
+        c: &mut Constants,
+    ) {
+        const RADIUS: f64 = 0.3;
+        let [k, damping, mu, width] = law.map(|x| c.of_law(x));
+        let (law, to) = ([k, damping, mu, c.of(0.2), width], c.point(b, at));
+        match radius {
+            None => {
+                let from = c.point(a, beyond(at, depth - RADIUS, angle));
+                self.scene.circle_contact(name, from, c.of(angle - a.place[2]), to, c.of(RADIUS), law);
+            }
+            Some(radius) => {
+                // Outside: |d| = r_a + r_b − δ; inside: |d| = |r_a| − r_b + δ.
+                let distance = if radius < 0.0 { -radius - RADIUS + depth } else { radius + RADIUS - depth };
+                let from = c.point(a, beyond(at, -distance, angle));
+                self.scene.circle_pair_contact(name, from, c.of(radius), to, c.of(RADIUS), law);
             }
         }
     }

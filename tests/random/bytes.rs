@@ -160,7 +160,7 @@ impl Bytes<'_> {
     }
 
     fn load(&mut self) -> Load {
-        let kind = match self.below(11) {
+        let kind = match self.below(13) {
             0 => LoadKind::Strut {
                 at: self.point(),
                 length: self.number(0.5),
@@ -178,6 +178,19 @@ impl Bytes<'_> {
             7 => LoadKind::Magnet { strength: self.number(1.0), distance: self.number(1.0) },
             8 => LoadKind::Wave { strength: self.number(1.0), frequency: self.number(2.0) },
             9 => LoadKind::Mixed { constants: std::array::from_fn(|_| self.number(0.3)) },
+            10 => LoadKind::Contact {
+                at: self.point(),
+                angle: self.number(1.0),
+                radius: if self.flag() { Some(self.number(0.5)) } else { None },
+                depth: self.number(0.1),
+                law: [self.number(100.0), self.number(0.3), self.number(0.3), self.number(0.1)],
+            },
+            11 => LoadKind::Stop {
+                at: self.point(),
+                axis: if self.flag() { Some(self.number(1.0)) } else { None },
+                limits: [-self.number(0.3), self.number(0.3)],
+                law: [self.number(20.0), self.number(0.3), self.number(0.1)],
+            },
             _ => LoadKind::TipMass { mass: self.positive(0.5), at: self.point() },
         };
         Load { kind, pair: self.pair(), control: self.index(), binding: self.binding() }

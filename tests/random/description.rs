@@ -139,17 +139,65 @@ pub struct Load {
 
 #[derive(Clone, Copy, Debug)]
 pub enum LoadKind {
-    Strut { at: [f64; 2], length: f64, angle: f64, stiffness: f64, stretch: f64, damping: f64 },
-    Torsion { stiffness: f64, angle: f64, damping: f64 },
-    Friction { damping: f64 },
-    Sliding { at: [f64; 2], axis: f64, damping: f64 },
-    Actuator { at: [f64; 2], axis: f64 },
+    Strut {
+        at: [f64; 2],
+        length: f64,
+        angle: f64,
+        stiffness: f64,
+        stretch: f64,
+        damping: f64,
+    },
+    Torsion {
+        stiffness: f64,
+        angle: f64,
+        damping: f64,
+    },
+    Friction {
+        damping: f64,
+    },
+    Sliding {
+        at: [f64; 2],
+        axis: f64,
+        damping: f64,
+    },
+    Actuator {
+        at: [f64; 2],
+        axis: f64,
+    },
     Torque,
-    AirDrag { coefficient: f64 },
-    Magnet { strength: f64, distance: f64 },
-    Wave { strength: f64, frequency: f64 },
-    Mixed { constants: [f64; 3] },
-    TipMass { mass: f64, at: [f64; 2] },
+    AirDrag {
+        coefficient: f64,
+    },
+    Magnet {
+        strength: f64,
+        distance: f64,
+    },
+    Wave {
+        strength: f64,
+        frequency: f64,
+    },
+    Mixed {
+        constants: [f64; 3],
+    },
+    TipMass {
+        mass: f64,
+        at: [f64; 2],
+    },
+    /// A circle on a line or, if a radius is given, on a circle (or in a bore, for a negative radius); depth at the start, k, c, μ and width.
+    Contact {
+        at: [f64; 2],
+        angle: f64,
+        radius: Option<f64>,
+        depth: f64,
+        law: [f64; 4],
+    },
+    /// Limits from where the angle, or the displacement along an axis, is at the start; k, c and width.
+    Stop {
+        at: [f64; 2],
+        axis: Option<f64>,
+        limits: [f64; 2],
+        law: [f64; 3],
+    },
 }
 
 /// A term of the cost.

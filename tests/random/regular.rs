@@ -91,13 +91,38 @@ fn load_kind() -> impl Strategy<Value = LoadKind> {
         (-2.0..2.0, -3.0..3.0).prop_map(|(strength, frequency)| LoadKind::Wave { strength, frequency }),
         [-0.5..0.5, -0.5..0.5, -0.2..0.2].prop_map(|constants| LoadKind::Mixed { constants }),
         (0.1..1.0, [-0.5..0.5, -0.5..0.5]).prop_map(|(mass, at)| LoadKind::TipMass { mass, at }),
+        (point(), -PI..PI, proptest::option::of(signed(0.6, 1.0)), -0.1..0.2, [10.0..200.0, 0.0..0.5, 0.0..0.5], width())
+            .prop_map(|(at, angle, radius, depth, [k, c, mu], width)| LoadKind::Contact {
+                at,
+                angle,
+                radius,
+                depth,
+                law: [k, c, mu, width]
+            }),
+        (point(), proptest::option::of(-PI..PI), [-0.5..0.1, 0.2..0.5], 5.0..50.0, 0.0..0.5, width())
+            .prop_map(|(at, axis, limits, k, c, width)| LoadKind::Stop { at, axis, limits, law: [k, c, width] }),
     ]
+}
+
+/// The width of an onset, or none.
+fn width() -> impl Strategy<Value = f64> {
+    prop_oneof![1 => Just(0.0), 2 => 0.02..0.3]
 }
 
 /// Whether a load needs two parts.
 fn between(kind: LoadKind) -> bool {
     use LoadKind::*;
-    matches!(kind, Strut { .. } | Torsion { .. } | Friction { .. } | Sliding { .. } | Actuator { .. } | Torque)
+    matches!(
+        kind,
+        Strut { .. }
+            | Torsion { .. }
+            | Friction { .. }
+            | Sliding { .. }
+            | Actuator { .. }
+            | Torque
+            | Contact { .. }
+            | Stop { .. }
+    )
 }
 
 fn load() -> impl Strategy<Value = Load> {

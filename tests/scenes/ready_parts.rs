@@ -18,6 +18,10 @@ pub fn kinds() -> Vec<Kind> {
         ("bushing", false, bushing),
         ("dry friction", true, dry_friction),
         ("contact", true, contact),
+        ("contact of a circle", true, circle_contact),
+        ("contact of circles", true, circle_pair_contact),
+        ("hinge with clearance", false, clearance),
+        ("end stops", true, end_stops),
         ("force and torque given by time", true, given_by_time),
     ]
 }
@@ -88,6 +92,32 @@ fn dry_friction(arms: &mut Arms) {
 fn contact(arms: &mut Arms) {
     let law = [1e4.into(), 0.2.into(), 0.3.into(), 0.05.into()];
     arms.scene.contact("floor", Body::GROUND.at(0.0, -1.57), FRAC_PI_2, arms.lower.at(0.5, 0.0), law);
+}
+
+fn circle_contact(arms: &mut Arms) {
+    for (name, x, width) in [("floor", 0.5, 0.01), ("hard floor", 0.48, 0.0)] {
+        let law = [1e4, 0.2, 0.3, 0.05, width].map(Into::into);
+        arms.scene.circle_contact(name, Body::GROUND.at(0.0, -1.62), FRAC_PI_2, arms.lower.at(x, 0.0), 0.05, law);
+    }
+}
+
+fn circle_pair_contact(arms: &mut Arms) {
+    for (name, radius, width) in [("stone", 0.25, 0.1), ("hard stone", 0.23, 0.0)] {
+        let law = [1e3, 0.2, 0.3, 0.05, width].map(Into::into);
+        arms.scene.circle_pair_contact(name, Body::GROUND.at(1.127, -1.87), radius, arms.lower.at(0.5, 0.0), 0.1, law);
+    }
+}
+
+fn clearance(arms: &mut Arms) {
+    let (bore, pin) = (arms.upper.at(0.5, 0.0), arms.lower.at(-0.2, 0.0));
+    arms.scene.circle_pair_contact("elbow", bore, -0.5, pin, 0.25, [1e3, 0.2, 0.3, 0.05, 0.1].map(Into::into));
+}
+
+fn end_stops(arms: &mut Arms) {
+    let limits = [ELBOW_ANGLE - 1.0, ELBOW_ANGLE - 0.02].map(Into::into);
+    arms.scene.end_stop("stop", arms.upper, arms.lower, limits, [40.0, 0.3, 0.05].map(Into::into));
+    let (a, b, reach) = (arms.upper.at(0.0, 0.0), arms.lower.at(0.5, 0.0), [-1.0, 1.4].map(Into::into));
+    arms.scene.sliding_end_stop("reach", a, 0.1, b, reach, [300.0, 0.2, 0.0].map(Into::into));
 }
 
 fn given_by_time(arms: &mut Arms) {

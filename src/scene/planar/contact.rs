@@ -1,4 +1,4 @@
-//! Bushings, dry friction and contact: force laws that are steep, but smooth enough for a gradient.
+//! Bushings and dry friction: force laws that are steep, but smooth enough for a gradient.
 
 use nalgebra::SVector;
 
@@ -6,7 +6,7 @@ use super::forces::torque;
 use super::geometry::{Link, turned};
 use super::ground::Ends;
 use super::joints::{axis, points};
-use crate::model::element::{ForcePoint, ListCost, ListPoint};
+use crate::model::element::ForcePoint;
 use crate::model::{Frame, Point, Shape};
 use crate::scene::ready::Kind;
 use crate::{Force, Param, PotentialEnergy, Scalar, Scene};
@@ -63,38 +63,6 @@ impl Force<6, 0, 7> for CoulombSliding {
     }
 }
 
-/// Contact of the point of body b with a half-plane of body a whose edge contains the point of a. Let n be the outer normal, d the vector
-/// from the point of a to that of b, δ = −n · d the depth, and v_t the tangential velocity. The normal force along n is N = k max(δ,
-/// 0)^(3/2) max(1 + c dδ/dt, 0), and the friction force perpendicular to n is −μ N tanh(v_t/v_s). The parameters are `b` = [s_a, s_b,
-/// normal angle in a, k, c, μ, v_s].
-#[derive(Clone, Copy, Debug)]
-pub struct Contact;
-
-impl Force<6, 0, 9> for Contact {
-    fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 9>) -> SVector<S, 6> {
-        let (link, normal, zero) = (Link::new(&at.q, b.as_slice()), axis(&at.q, b[4]), S::zero());
-        let tangent = turned(&normal);
-        let (away, along) = (link.along_axis(&normal), link.along_axis(&tangent));
-        let depth = (-normal.dot(&link.between)).max(zero);
-        let damping = (S::one() - b[6] * away.dot(&at.v)).max(zero);
-        let push = b[5] * depth.powf(1.5) * damping;
-        let friction = b[7] * (along.dot(&at.v) / b[8]).tanh();
-        // Both act at the point of b; the reaction on a acts there, too.
-        away * push - along * (push * friction)
-    }
-}
-
-/// The gap n · d of a contact, which is negative during the contact, for the coordinates that are there.
-pub(super) struct Gap(pub(super) &'static [usize]);
-
-impl ListCost for Gap {
-    fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
-        let mut q = SVector::from([S::zero(); 6]);
-        self.0.iter().zip(at.q).for_each(|(&i, &own)| q[i] = own);
-        axis(&q, at.b[4]).dot(&Link::new(&q, at.b).between)
-    }
-}
-
 pub(super) static BUSHING: Kind = Kind::of_points(
     "bushing",
     &["stiffness_x", "stiffness_y", "stiffness_angle", "damping_x", "damping_y", "damping_angle"],
@@ -136,15 +104,6 @@ pub(super) static COULOMB_SLIDING: Kind =
         scene.between_force(name, CoulombSliding, (part.frames(), Ends::Points), [], points(a, b, numbers));
     });
 
-pub(super) static CONTACT: Kind =
-    Kind::of_points("contact", &["normal", "stiffness", "damping", "friction", "speed"], |scene, name, part| {
-        let ([a, b], numbers) = (part.both(), [0, 1, 2, 3, 4].map(|i| part.number(i)));
-        scene.draw(name, Shape::Ground { normal: numbers[0] }, a, b);
-        scene.require_positive(numbers[4], format!("the friction speed of `{name}`"));
-        scene.between_force(name, Contact, (part.frames(), Ends::Points), [], points(a, b, numbers));
-        scene.between_event(name, Gap, (part.frames(), Ends::Points), &points::<_, 9>(a, b, numbers)[..5]);
-    });
-
 impl Scene {
     /// Adds a bushing between two points: stiffnesses along x and y of a's frame (N/m) and against rotation (N m/rad), and the three
     /// damping constants (N s/m, N m s/rad).
@@ -180,17 +139,5 @@ impl Scene {
         speed: impl Into<Param>,
     ) {
         self.ready_between(name, &COULOMB_SLIDING, [a, b], [axis.into(), force.into(), speed.into()]);
-    }
-
-    /// Adds the contact of the point `b` with the half-plane through `a` whose outer `normal` is at an angle (rad) in a's frame.
-    ///
-    /// `law` = [k in N/m^(3/2), c in s/m, μ, v_s in m/s]: Hertz' stiffness, Hunt and Crossley's damping, coefficient and speed of regularised
-    /// friction. The force is only as smooth as δ^(3/2). Steps must resolve the duration of a contact; otherwise the gradient is that of
-    /// a motion that misses the contact ([`Warning::UnresolvedElement`](crate::Warning::UnresolvedElement)). There is no sticking.
-    ///
-    /// The contact is also an event of this name ([`event_named`](Self::event_named)): its function is n · d with the vector d from `a` to `b`, which
-    /// is negative during the contact.
-    pub fn contact(&mut self, name: &str, a: Point, normal: impl Into<Param>, b: Point, law: [Param; 4]) {
-        self.ready_between(name, &CONTACT, [a, b], [normal.into(), law[0], law[1], law[2], law[3]]);
     }
 }

@@ -19,6 +19,7 @@
 //! ```
 
 mod body;
+mod circles;
 mod contact;
 mod drawing;
 mod drives;
@@ -28,13 +29,16 @@ mod geometry;
 mod ground;
 mod joints;
 mod motion;
+mod onset;
 mod rigid;
+mod stops;
 #[cfg(test)]
 mod tests;
 
 pub use crate::model::{Frame, Point};
 pub use body::{Body, Particle, PointMass, RigidBody, Weight};
-pub use contact::{Bushing, BushingDamper, Contact, CoulombFriction, CoulombSliding};
+pub use circles::CircleContact;
+pub use contact::{Bushing, BushingDamper, CoulombFriction, CoulombSliding};
 pub use drives::{AppliedForce, AppliedTorque, DrivenDistance, DrivenSlider, MOST_PARAMETERS, TwoPointActuator};
 pub use forces::{
     Actuator, Damper, JointFriction, LinearSpring, SlidingFriction, TorqueActuator, TorsionalSpring, ZeroLengthSpring,
@@ -46,10 +50,11 @@ pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
 pub(crate) use motion::MOTIONS;
 pub use motion::{Constant, ConstantSpeed, Harmonic, Motion};
 pub use rigid::{PointOnLine, RigidContact};
+pub use stops::{EndStop, SlidingEndStop};
 
 /// All kinds of ready-made parts.
 #[cfg(feature = "files")]
-pub(crate) static KINDS: [&crate::scene::ready::Kind; 23] = [
+pub(crate) static KINDS: [&crate::scene::ready::Kind; 27] = [
     &joints::REVOLUTE,
     &joints::PRISMATIC,
     &joints::WELD,
@@ -69,8 +74,12 @@ pub(crate) static KINDS: [&crate::scene::ready::Kind; 23] = [
     &contact::BUSHING,
     &contact::COULOMB_FRICTION,
     &contact::COULOMB_SLIDING,
-    &contact::CONTACT,
     &rigid::RIGID_CONTACT,
+    &circles::CONTACT,
+    &circles::CIRCLE_CONTACT,
+    &circles::CIRCLE_PAIR,
+    &stops::END_STOP,
+    &stops::SLIDING_END_STOP,
     &gears::GEAR,
     &gears::RACK,
 ];

@@ -2,7 +2,7 @@
 
 use nalgebra::SVector;
 
-use super::contact::Gap;
+use super::circles::Gap;
 use super::geometry::Link;
 use super::ground::Ends;
 use super::joints::{axis, points};
@@ -33,9 +33,9 @@ pub struct RigidContact {
 pub(super) static RIGID_CONTACT: Kind = Kind::of_points("rigid contact", &["normal"], |scene, name, part| {
     let ([a, b], normal) = (part.both(), part.number(0));
     scene.draw(name, Shape::Ground { normal }, a, b);
-    let numbers: [Param; 5] = points(a, b, [normal]);
-    scene.joint(name, PointOnLine, (part.frames(), Ends::Points), numbers);
-    scene.between_event(name, Gap, (part.frames(), Ends::Points), &numbers);
+    let (ends, numbers) = ((part.frames(), Ends::Points), points::<_, 6>(a, b, [normal, 0.0.into()]));
+    scene.joint(name, PointOnLine, ends, points(a, b, [normal]));
+    scene.between_event(name, |there| Gap(false, there), ends, &numbers);
     scene.note_gap(name);
 });
 

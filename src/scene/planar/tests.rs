@@ -1,7 +1,7 @@
 //! Comparison of the programs of all planar elements with num-dual.
 
 use super::*;
-use crate::system::verify_tests::hold_element;
+use crate::system::verify_tests::{hold_element, hold_element_with};
 use crate::system::{Applied, Fixed, Holonomic, Kinetic, Potential};
 
 /// y = b x².
@@ -15,10 +15,10 @@ impl Curve<1> for Parabola {
 }
 
 macro_rules! between_bodies {
-    ($($kind:ident, $element:expr, $m:literal, $k:literal, $p:literal;)*) => {$(
-        hold_element::<_, $p>(|| $kind::<Fixed<_, 6, $m, $k, $p>, 6>::fixed($element), &[], stringify!($element));
-        hold_element::<_, $p>(|| $kind::<Fixed<_, 6, $m, $k, $p>, 6>::fixed($element), &[3, 4, 5], concat!(stringify!($element), " from ground"));
-        hold_element::<_, $p>(|| $kind::<Fixed<_, 6, $m, $k, $p>, 6>::fixed($element), &[0, 1, 2], concat!(stringify!($element), " to ground"));
+    ($($kind:ident, $element:expr, $m:literal, $k:literal, $p:literal $(, $positive:literal)*;)*) => {$(
+        hold_element_with::<_, $p>(|| $kind::<Fixed<_, 6, $m, $k, $p>, 6>::fixed($element), &[], stringify!($element), &[$($positive),*]);
+        hold_element_with::<_, $p>(|| $kind::<Fixed<_, 6, $m, $k, $p>, 6>::fixed($element), &[3, 4, 5], concat!(stringify!($element), " from ground"), &[$($positive),*]);
+        hold_element_with::<_, $p>(|| $kind::<Fixed<_, 6, $m, $k, $p>, 6>::fixed($element), &[0, 1, 2], concat!(stringify!($element), " to ground"), &[$($positive),*]);
     )*};
 }
 
@@ -46,7 +46,14 @@ fn programs_of_planar_elements_are_what_num_dual_makes_of_them() {
         Applied, BushingDamper, 0, 0, 7;
         Applied, CoulombFriction, 0, 0, 2;
         Applied, CoulombSliding, 0, 0, 7;
-        Applied, Contact, 0, 0, 9;
+        Applied, CircleContact { is_pair: false, is_smooth: false }, 0, 0, 11, 9;
+        Applied, CircleContact { is_pair: false, is_smooth: true }, 0, 0, 11, 9, 10;
+        Applied, CircleContact { is_pair: true, is_smooth: false }, 0, 0, 11, 9;
+        Applied, CircleContact { is_pair: true, is_smooth: true }, 0, 0, 11, 9, 10;
+        Applied, EndStop(false), 0, 0, 5;
+        Applied, EndStop(true), 0, 0, 5, 4;
+        Applied, SlidingEndStop(false), 0, 0, 10;
+        Applied, SlidingEndStop(true), 0, 0, 10, 9;
         Potential, Bushing, 0, 0, 7;
     }
     hold_element::<_, 2>(|| Kinetic::<Fixed<_, 3, 0, 0, 2>, 3>::fixed(RigidBody), &[], "RigidBody");
@@ -67,7 +74,13 @@ fn programs_of_planar_elements_are_what_num_dual_makes_of_them() {
         &[0, 1],
         "Distance from a particle to ground",
     );
-    hold_element::<_, 9>(|| Applied::<Fixed<_, 6, 0, 0, 9>, 6>::fixed(Contact), &[0, 1, 3, 4], "Contact between particles");
+    let floor = CircleContact { is_pair: false, is_smooth: false };
+    hold_element_with::<_, 11>(
+        || Applied::<Fixed<_, 6, 0, 0, 11>, 6>::fixed(floor),
+        &[0, 1, 3, 4],
+        "contact between particles",
+        &[9],
+    );
     hold_element::<_, 12>(
         || Holonomic::<Fixed<_, 6, 1, 0, 12>, 6>::fixed(PointOnCurve::<_, 1>(Parabola)),
         &[3, 4],

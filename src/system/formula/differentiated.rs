@@ -156,7 +156,7 @@ impl Formula {
             at_zero: kernel(&at_zero)?,
             inputs,
             along: kernel(&along)?,
-            kinks: KinkFormula::new(&template, shape, bound),
+            kinks: KinkFormula::new(kind, &template, shape, bound),
             template,
         };
         Some(Formula {

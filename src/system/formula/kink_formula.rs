@@ -1,5 +1,6 @@
 //! [`KinkFormula`]: programs for the functions whose zeros are the kinks of a formula.
 
+use super::kind::ElementKind;
 use super::labelled::{Labelled, gradient};
 use super::shape::{Shape, Slot, bound_constants};
 use crate::program::Template;
@@ -17,9 +18,10 @@ pub struct KinkFormula {
 
 impl KinkFormula {
     /// `None` if there are no kinks, or if the programs are too long; `bound` marks the constants that are design variables.
-    pub fn new(template: &Template, shape: Shape, bound: &[bool]) -> Option<Self> {
+    pub fn new(kind: ElementKind, template: &Template, shape: Shape, bound: &[bool]) -> Option<Self> {
         let (mut graph, results) = template.graph();
-        let kinks = graph.kinks(&results);
+        // Second derivatives of forces, third derivatives of energies and constraints.
+        let kinks = graph.kinks(&results, if kind == ElementKind::Applied { 2 } else { 3 });
         if kinks.is_empty() {
             return None;
         }

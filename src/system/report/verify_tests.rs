@@ -209,6 +209,16 @@ pub(crate) fn hold_element<E: AnyElement + 'static, const P: usize>(
     there: &'static [usize],
     name: &str,
 ) {
+    hold_element_with::<E, P>(make, there, name, &[]);
+}
+
+/// The same for an element some of whose constants may not be zero.
+pub(crate) fn hold_element_with<E: AnyElement + 'static, const P: usize>(
+    make: impl Fn() -> E,
+    there: &'static [usize],
+    name: &str,
+    positive: &[usize],
+) {
     let mut draw = Draw(name.len() as u64);
     let (mut said, mut tried) = (0, 0);
     // If there are few constants, all combinations of bound constants; otherwise each constant bound alone, and some further combinations.
@@ -217,8 +227,8 @@ pub(crate) fn hold_element<E: AnyElement + 'static, const P: usize>(
         tried += 1;
         let design = [0.6 + 0.5 * draw.number()];
         let b: [Param; P] = std::array::from_fn(|p| match zeros >> p & 1 {
-            1 if zeros.count_ones() > 1 => Param::from(0.0),
-            1 => bound(),
+            1 if zeros.count_ones() == 1 => bound(),
+            1 if !positive.contains(&p) => Param::from(0.0),
             _ => Param::from(0.8 + 0.5 * draw.number()),
         });
         said += hold::<P>((make(), there), &mut draw, &format!("{name} with {b:?}"), (b, &design)).points;
