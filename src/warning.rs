@@ -174,6 +174,14 @@ pub enum Warning {
         /// Time at the end of this step, s.
         time: f64,
     },
+    /// A velocity oscillates with few steps in a period: fewer than 20 for schemes of second order, 8 for others. The gradient is exact for the discrete
+    /// motion, but the periods of that motion are too long, and derivatives are off by more than their values.
+    CoarseSteps {
+        /// The coordinate whose velocity has the fewest steps in a period.
+        coordinate: String,
+        /// The number of steps in a period, on average along the motion.
+        steps: f64,
+    },
     /// The gap of a rigid contact ([`Scene::rigid_contact`](crate::Scene::rigid_contact)) is negative although its equation is open: the inputs have no event
     /// where it was zero.
     Penetrated {
@@ -382,6 +390,11 @@ impl fmt::Display for Warning {
                 "event `{event}` at node {node} (t = {} s) hardly happens: its function crosses zero with {share:.1e} of the rate with which it came; derivatives \
                  of its time are large, and small changes of the inputs may prevent it",
                 seconds(*time)
+            ),
+            Warning::CoarseSteps { coordinate, steps } => write!(
+                f,
+                "the velocity of `{coordinate}` oscillates with {steps:.0} steps in a period: this grid is coarse; ask for the error (`estimate`), use \
+                 shorter steps, or a scheme of higher order"
             ),
             Warning::Penetrated { contact, time } => write!(
                 f,

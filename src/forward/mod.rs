@@ -2,6 +2,7 @@
 
 mod adapt;
 mod checkpoint;
+mod coarse;
 mod contacts;
 mod continuation;
 mod drift;

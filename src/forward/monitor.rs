@@ -1,6 +1,7 @@
 //! [`Monitor`]: the report and the warnings of a run.
 
 use super::ForwardSweep;
+use super::coarse::Oscillation;
 use crate::Warning;
 use crate::motion::{Examiner, Report};
 use crate::node::Lengths;
@@ -14,6 +15,7 @@ pub(crate) struct Monitor {
     /// Largest rotation of an angle in a step, if it is worth a warning.
     pub(crate) most_turn: f64,
     pub(crate) lengths: Lengths,
+    pub(super) oscillation: Oscillation,
 }
 
 /// What the checks of a motion have found so far, apart from the work.
@@ -24,6 +26,7 @@ pub(super) struct Found {
     examiner: Examiner,
     counted: usize,
     losses: Losses,
+    oscillation: Oscillation,
 }
 
 impl ForwardSweep {
@@ -37,12 +40,14 @@ impl ForwardSweep {
             examiner: monitor.examiner,
             counted: stepper.continuation.counted,
             losses: dependence.losses,
+            oscillation: monitor.oscillation.clone(),
         }
     }
 
     pub(super) fn restore_found(&mut self, found: &Found) {
         let ForwardSweep { monitor, stepper, dependence, .. } = self;
         monitor.report.warnings.clone_from(&found.warnings);
+        monitor.oscillation.clone_from(&found.oscillation);
         (monitor.report.worst_pivot, monitor.most_turn, monitor.examiner) =
             (found.worst_pivot, found.most_turn, found.examiner);
         (stepper.continuation.counted, dependence.losses) = (found.counted, found.losses);
@@ -56,6 +61,7 @@ impl Monitor {
             examiner: Examiner::new(Order::First),
             most_turn: Warning::TURN,
             lengths: Lengths::new(n, m),
+            oscillation: Oscillation::default(),
         }
     }
 }

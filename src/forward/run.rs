@@ -38,6 +38,7 @@ impl ForwardSweep {
         self.motion.is_growing = false;
         self.motion.scales = Scales::default();
         self.monitor.most_turn = Warning::TURN;
+        self.monitor.oscillation.begin(system.n());
         self.dependence.forget_brakes();
         self.stepper.continuation.counted = 0;
         self.begin_again(system, settings)
@@ -143,6 +144,7 @@ impl ForwardSweep {
             }
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton.linearisation, node, settings);
             self.monitor.examiner.visit(system, &self.motion, node, &mut self.monitor.report);
+            self.monitor.watch_oscillation(system, &self.motion, &self.stepper.newton.linearisation.weights, node);
             node += 1;
             self.motion.trajectory.computed = node - self.motion.first;
             self.watch.tell(Task::Simulation, node, self.motion.nodes())?;

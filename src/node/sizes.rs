@@ -198,6 +198,11 @@ impl UnitWeights {
         &self.unknowns.sigma
     }
 
+    /// The weight of the velocity of a coordinate.
+    pub(crate) fn velocity(&self, i: usize) -> f64 {
+        self.unknowns.v[i]
+    }
+
     /// The largest weighted velocity, in the scene's order.
     pub(crate) fn of_velocities(&self, v: impl Iterator<Item = f64>) -> f64 {
         largest(v, &self.unknowns.v)

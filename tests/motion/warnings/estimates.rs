@@ -1,7 +1,7 @@
 //! Error estimates of random motions, beside a motion with many more steps.
 
 use hamiltonian_adjoint::check::Random;
-use hamiltonian_adjoint::{Scheme, Settings, estimate, gradient};
+use hamiltonian_adjoint::{Scheme, Settings, Warning, estimate, gradient};
 
 use super::elements::Element;
 use super::motion::{Motion, between};
@@ -15,6 +15,7 @@ const UNRESOLVED: f64 = 0.3;
 fn errors_lie_within_their_estimates_and_what_is_not_resolved_has_none() {
     let (mut within, mut within_gradient, mut trusted, mut resolved) = (0, 0, 0, 0);
     let (mut unresolved, mut lulled, mut ratios) = (0, 0, Vec::new());
+    let (mut coarse, mut of_default, mut warned) = ([0; 3], [0; 3], [0; 3]);
     let (mut trusted_smooth, mut corrected, mut closer, mut gains) = (0, 0, [0; 2], Vec::new());
     for seed in 0..300 {
         let mut random = Random::new(seed);
@@ -45,8 +46,15 @@ fn errors_lie_within_their_estimates_and_what_is_not_resolved_has_none() {
             "{seed} {:?}, {steps} steps, {}: J off by {error_of_value:.1e}, gradient by {error:.1e}; {found}",
             motion.what, motion.settings.scheme.name
         );
-        let estimates = found.uncertainty.zip(found.gradient_uncertainty);
         let is_smooth = found.gradient.frozen.is_none();
+        let is_coarse = found.gradient.warnings.iter().any(|warning| matches!(warning, Warning::CoarseSteps { .. }));
+        let kind = if error < 0.01 { 0 } else { 1 + usize::from(error > UNRESOLVED) };
+        coarse[kind] += usize::from(is_coarse);
+        if motion.settings.scheme == Scheme::TRAPEZOIDAL {
+            of_default[kind] += 1;
+            warned[kind] += usize::from(!found.gradient.warnings.is_empty());
+        }
+        let estimates = found.uncertainty.zip(found.gradient_uncertainty);
         assert!(found.corrected.is_none() || is_smooth && found.withdrawn.is_none(), "{line}");
         trusted_smooth += usize::from(is_smooth && found.withdrawn.is_none());
         if let Some(other) = &found.corrected {
@@ -82,6 +90,9 @@ fn errors_lie_within_their_estimates_and_what_is_not_resolved_has_none() {
         "resolved {resolved}, with estimates {trusted}: J within {within}, gradient within {within_gradient}; not resolved {unresolved}, with an estimate below 10 % {lulled}; median error/estimate {:?}",
         ratios.get(ratios.len() / 2)
     );
+    // For errors below 1 %, up to 30 % and above.
+    println!("coarse steps {coarse:?}; of the default scheme {of_default:?}, with any warning {warned:?}");
+    assert!(coarse[0] <= 4 && coarse[2] >= 5 && 10 * warned[2] >= 9 * of_default[2]);
     gains.sort_by(f64::total_cmp);
     println!(
         "smooth with estimates {trusted_smooth}, corrected {corrected}: J closer {}, gradient {}, median gain {:?}",

@@ -436,7 +436,8 @@ fn formulas_that_read_no_values_are_not_examined_and_others_at_few_nodes() {
             solver.simulate(&Inputs::at_rest(&system, Grid::uniform(steps, 4.0 / steps as f64))).expect("a motion");
             let recorded = count.load(Ordering::Relaxed);
             println!("branches: {branches}, {steps} steps: recorded {recorded} times");
-            assert!(recorded <= most && (recorded > 0) == branches && solver.report().warnings.is_empty());
+            let loses = |warning: &Warning| !matches!(warning, Warning::CoarseSteps { .. });
+            assert!(recorded <= most && (recorded > 0) == branches && !solver.report().warnings.iter().any(loses));
         }
     }
 }
