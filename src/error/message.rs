@@ -259,8 +259,8 @@ impl fmt::Display for Error {
             ),
             Error::Accumulation { event, count, time } => write!(
                 f,
-                "impacts accumulate: after {count} impacts at event `{event}`, all further ones happen before t = {} s; end the grid before, or close the \
-                 equation at the last impact that matters, by a further event with the same function (`Scene::close_at`)",
+                "impacts accumulate: after {count} impacts at event `{event}`, all further ones happen before t = {} s; end the grid before, or add an \
+                 event with the same function that closes the equation (`Scene::close_at`): `Solver::find_phases` then lets it end them",
                 seconds(*time)
             ),
             Error::EventGrazed { event, node, time, slope } => write!(

@@ -72,9 +72,7 @@ impl ForwardSweep {
         let (linearisation, compliances) =
             (&mut self.stepper.newton.linearisation, self.motion.trajectory.compliance_from(checkpoint.node));
         linearisation.evaluation.set_compliance(compliances);
-        if !compliances.is_empty() {
-            linearisation.weights.set_open(|j| open(compliances).any(|open| open == j));
-        }
+        linearisation.weights.set_open(|j| open(compliances).any(|open| open == j));
         self.motion.ahead.again();
         self.motion.trajectory.restarted.retain(|&node| node <= checkpoint.node);
     }

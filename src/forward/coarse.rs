@@ -17,9 +17,9 @@ use crate::{System, Warning};
 /// Fewer steps in a period are too few for a scheme of second order, or of a higher one.
 const FEWEST: [f64; 2] = [20.0, 8.0];
 /// Every second difference of this number is computed, so that the cost is negligible.
-const EVERY: usize = 4;
+const EVERY: usize = 8;
 /// Motions with fewer differences are not judged.
-const LEAST: usize = 4;
+const LEAST: usize = 3;
 /// Velocities count whose sum is above this fraction of the largest one, in units of the masses.
 const COUNTS: f64 = 0.1;
 
@@ -79,10 +79,9 @@ impl Monitor {
         }
         *count += 1;
         let [before, now, after] = [k - 2, k - 1, k].map(|k| column(&motion.trajectory.v, k));
-        for i in 0..sums.len() {
-            sums[i] += now[i].abs();
-            bends[i] += (after[i] - 2.0 * now[i] + before[i]).abs();
-        }
+        sums.iter_mut().zip(now).for_each(|(sum, v)| *sum += v.abs());
+        let three = before.iter().zip(now).zip(after);
+        bends.iter_mut().zip(three).for_each(|(sum, ((before, v), after))| *sum += (after - 2.0 * v + before).abs());
     }
 
     #[cold]

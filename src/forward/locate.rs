@@ -40,6 +40,8 @@ const MOST_ROUNDING: f64 = 1e-3;
 const POLE: f64 = 1e-3;
 /// A zero that was not seen may lie before the end of the phase by less than one minus this fraction, because the steps have changed.
 const EARLIER: f64 = 0.999;
+/// A secant steeper than the function along the motion by this factor is that of a jump.
+const STEEP: f64 = 1e4;
 /// A single step after the same event is longer than this fraction of the given one.
 const EMPTY: f64 = 1e-6;
 /// An event is grazed if the rate of its function, times the length of the phase, is below this fraction of the largest value of the function.
@@ -231,13 +233,16 @@ impl Search {
         }
         let begins_with_zero = self.samples.0[0].1.abs() <= self.zero * self.samples.largest().min(self.largest);
         let side = usize::from(g < 0.0);
+        let has_moved = |length: f64| (end - length).abs() > ROUNDING * end.abs();
         let (slope, is_known) = match self.before[side] {
-            Some((length, before)) if (g - before).abs() > SMALL * before.abs() => {
+            Some((length, before)) if has_moved(length) && (g - before).abs() > SMALL * before.abs() => {
                 ((g - before) / (end - length), (end - length).abs() < 0.05 * end.abs())
             }
             _ => (self.samples.slope_at_end(), true),
         };
-        let first = self.samples.first_zero(begins_with_zero);
+        let side_of_zero = system.side_of(self.of.event.index());
+        let first = self.samples.first_zero(begins_with_zero, side_of_zero);
+        let may_be_here = self.samples.has_been_on(side_of_zero);
         let root = first.map(|(root, _)| root);
         // Of several zeros the first one counts.
         let is_near = first.is_some_and(|(root, is_last)| is_last && (root - end).abs() < 0.05 * end.abs());
@@ -246,7 +251,7 @@ impl Search {
         let target = match root {
             Some(root) if !is_near => root,
             // A zero that was not seen is not earlier, except in a single step after the same event.
-            _ if slope != 0.0 && (is_near || (end - g / slope) / end > earliest) => end - g / slope,
+            _ if slope != 0.0 && may_be_here && (is_near || (end - g / slope) / end > earliest) => end - g / slope,
             _ => LONGER * end,
         };
         let correction = target - end;
@@ -254,11 +259,13 @@ impl Search {
         let rounding = (TIME * (start + end).abs()).clamp(LOCATED * end.abs(), MOST_ROUNDING * end.abs());
         self.stalled += usize::from(is_slow && correction.abs() <= rounding);
         let is_stalled = self.stalled >= STALLED && correction.abs() <= rounding;
-        let is_first = root.is_none() || is_near;
+        let is_first = may_be_here && (root.is_none() || is_near);
         let is_small = is_known && correction.abs() <= ROUNDING * end.abs() || is_stalled;
         // Corrections are small near a pole, too, and a single step after the same event may shrink to nothing.
+        // A function of halved steps may jump over its zero.
+        let is_jump = is_small && slope.abs() > STEEP * self.samples.slope_at_end().abs();
         let is_zero = if is_single { end / self.given > EMPTY } else { g.abs() < POLE * self.largest };
-        if is_first && is_zero && (g == 0.0 || is_small) {
+        if is_first && is_zero && !is_jump && (g == 0.0 || is_small) {
             return Ok(Some(slope));
         }
         if root.is_none() && self.length == self.longest {
@@ -309,6 +316,8 @@ impl Search {
     fn warn(&self, system: &System, end: f64, slope: f64) -> Vec<Warning> {
         let start = end - self.length;
         let (event, node) = (self.name(system), self.of.node);
+        // A secant through lengths that hardly differ is rounding.
+        let slope = slope.abs().max(self.samples.slope_at_end().abs());
         let share = (slope * self.length).abs() / self.samples.largest();
         let is_crossed = share >= GRAZED;
         let grazed = (!is_crossed).then(|| Warning::Grazed { event: event.clone(), node, time: end, share });
@@ -335,5 +344,50 @@ impl Search {
     fn not_located(&self, system: &System, start: f64) -> Error {
         let (end, gap) = self.samples.end();
         Error::EventNotLocated { event: self.name(system), node: self.of.node, time: start + end, gap }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Scene, planar::Body};
+
+    /// The slope found at the end of a phase with g = 1 − 2 t up to there, after a pass through a phase of another length.
+    fn slope(end: f64, before: (f64, f64)) -> Result<Option<f64>, Error> {
+        let mut scene = Scene::new();
+        let ball = scene.particle("ball", 1.0, [0.0, 1.0]);
+        scene.rigid_contact("floor", Body::GROUND.at(0.0, 0.0), 1.5, ball.point());
+        let system = scene.compile()?;
+        let samples = Samples(vec![(0.0, 1.0), (0.25, 0.5), (0.5, end)]);
+        let mut search = Search {
+            phase: 0,
+            of: system.event(0).at(2),
+            given: 0.5,
+            length: 0.5,
+            longest: 1.0,
+            samples,
+            functions: EventFunctions::default(),
+            zero: ZERO,
+            before: [Some(before), None],
+            largest: 1.0,
+            correction: 1.0,
+            stalled: 0,
+            between: [0.0, f64::INFINITY],
+            slow: 0,
+        };
+        search.correct(&system, 0.0, None)
+    }
+
+    #[test]
+    fn two_passes_of_one_length_have_no_secant() -> Result<(), Error> {
+        assert!(slope(6e-17, (0.5, 5e-17))?.is_some_and(|slope| (slope + 2.0).abs() < 1e-12));
+        Ok(())
+    }
+
+    #[test]
+    fn a_function_that_jumps_over_its_zero_has_none() -> Result<(), Error> {
+        // Of the length that is shorter by 1e-13, the function is larger by 1e-5.
+        assert_eq!(slope(1e-6, (0.5 - 1e-13, 1.1e-5))?, None);
+        Ok(())
     }
 }

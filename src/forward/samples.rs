@@ -1,5 +1,8 @@
 //! [`Samples`]: the function of an event along a phase, and polynomials through its values at nodes.
 
+/// Values below this fraction of the largest one are on no side of zero.
+const ROUNDING: f64 = 1e-12;
+
 /// The function of an event at the nodes of a phase, by the time since its beginning.
 #[derive(Default)]
 pub(super) struct Samples(pub(super) Vec<(f64, f64)>);
@@ -10,10 +13,22 @@ impl Samples {
         self.0[self.0.len() - 1]
     }
 
-    /// The first zero after the beginning, by a cubic polynomial, and whether it is in the last step; `None` if the sign does not change.
-    pub(super) fn first_zero(&self, begins_with_zero: bool) -> Option<(f64, bool)> {
+    /// True if the function has been on a side of zero, or if the side is 0, for any.
+    pub(super) fn has_been_on(&self, side: f64) -> bool {
+        self.begin(side).is_some()
+    }
+
+    /// The first node with the function on this side.
+    fn begin(&self, side: f64) -> Option<usize> {
+        let least = ROUNDING * self.largest();
+        if side == 0.0 { Some(0) } else { self.0.iter().position(|(_, g)| side * g > least) }
+    }
+
+    /// The first zero after the beginning to which the function comes from a side, by a cubic polynomial, and whether it is in the last step; `None` if the
+    /// sign does not change.
+    pub(super) fn first_zero(&self, begins_with_zero: bool, side: f64) -> Option<(f64, bool)> {
         let samples = &self.0;
-        let first = usize::from(begins_with_zero);
+        let first = usize::from(begins_with_zero).max(self.begin(side)?);
         let changes = |a: f64, b: f64| a == 0.0 || b == 0.0 || (a < 0.0) != (b < 0.0);
         let at = (first + 1..samples.len()).find(|&i| changes(samples[i - 1].1, samples[i].1))?;
         let from = at.saturating_sub(2).min(samples.len().saturating_sub(4));

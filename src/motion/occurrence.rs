@@ -131,8 +131,13 @@ fn check_zero_steps(inputs: &Inputs, system: &System, (event, node): (usize, usi
     let length = |step: usize| inputs.grid.steps.get(step).copied();
     let Some(step) = (node..node + count).find(|&step| length(step) != Some(0.0)) else { return Ok(()) };
     let name = system.event_name(event);
+    if step >= inputs.grid.steps.len() {
+        let what = format!("the number of steps behind event `{name}`, at which constraints open or close,");
+        let must_be = "large enough for its steps of length zero and at least one more step";
+        return Err(Error::Parameter { what, value: (inputs.grid.steps.len() - node) as f64, must_be });
+    }
     let what = format!("the length of step {}, which follows event `{name}`, at which constraints open or close,", step + 1);
-    Err(Error::Parameter { what, value: length(step).unwrap_or(f64::NAN), must_be: "0" })
+    Err(Error::Parameter { what, value: inputs.grid.steps[step], must_be: "0" })
 }
 
 /// Checks the equations that are open at the start.

@@ -80,9 +80,9 @@ impl<F: Factorization> Newton<F> {
             report.newton_iterations += 1;
             report.most_iterations = report.most_iterations.max(iteration);
             if is_reached {
-                if iteration > DIRECT && from.h != 0.0 {
+                if iteration > DIRECT {
                     let size = larger(larger(self.size.v, scale), size_before);
-                    self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
+                    self.see_that_it_is_near(system, from, (y.v, size), (iteration, convergence.residual))?;
                 }
                 return self.finish(system, from, given, y, report);
             }

@@ -132,10 +132,9 @@ impl<F: Factorization> Newton<F> {
                 terms,
                 self.size.sigma,
             ) {
-                // In a step of length zero velocities may jump.
-                if iteration > DIRECT && from.h != 0.0 {
+                if iteration > DIRECT {
                     let size = larger(self.size.v, scale);
-                    self.see_that_it_is_near(system, (y.v, size), (iteration, convergence.residual))?;
+                    self.see_that_it_is_near(system, from, (y.v, size), (iteration, convergence.residual))?;
                 }
                 return self.finish(system, from, given, y, report);
             }
@@ -176,9 +175,14 @@ impl<F: Factorization> Newton<F> {
     pub(super) fn see_that_it_is_near(
         &self,
         system: &System,
+        from: &KnownPart,
         (guess, size): (&[f64], f64),
         (iteration, residual): (usize, f64),
     ) -> Result<(), StepFailure> {
+        // In a step of length zero velocities may jump.
+        if from.h == 0.0 {
+            return Ok(());
+        }
         let jump = self.distance(system, guess) / size;
         if jump > FAR { Err(self.diverged(system, iteration, residual, Some(jump))) } else { Ok(()) }
     }

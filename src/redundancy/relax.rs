@@ -7,7 +7,7 @@ use super::dependent::Dependent;
 use super::rank::Scaled;
 use super::selection::names;
 use crate::Warning;
-use crate::motion::{Compliances, closed, open, with_open};
+use crate::motion::{Compliances, OPEN, closed, open, with_open};
 use crate::number::larger;
 use crate::system::NodeView;
 
@@ -103,15 +103,15 @@ impl Dependent<'_> {
             return self.linearisation.weigh(self.system);
         }
         let chosen = self.motion.trajectory.compliance_from(0).to_vec();
-        // Equations that are open now have weights when they have closed, unless they cannot close here.
-        for equations in
-            [with_open(&self.motion.shared, &[]), self.motion.compliance_of_projection(self.system, 0).into_owned()]
-        {
-            self.linearisation.evaluation.set_compliance(&equations);
-            if self.factor_start().is_ok() {
-                self.linearisation.weigh(self.system);
-                break;
-            }
+        // With its own flexibility as a compliance, an open equation has a weight for when it has closed, and depends on no other.
+        let at = NodeView { q: self.from.q, ..self.motion.at(0) };
+        let flexibility = flexibilities(self.system, &at, &apparent_masses(self.linearisation, self.system, &at));
+        let mut equations = with_open(&self.motion.shared, &open);
+        let flexible = equations.iter_mut().filter(|(j, mu)| *mu >= OPEN && flexibility[*j] > 0.0);
+        flexible.for_each(|(j, mu)| *mu = flexibility[*j]);
+        self.linearisation.evaluation.set_compliance(&equations);
+        if self.factor_start().is_ok() {
+            self.linearisation.weigh(self.system);
         }
         self.linearisation.weights.set_open(|j| open.contains(&j));
         self.linearisation.evaluation.set_compliance(&chosen);

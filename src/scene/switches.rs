@@ -52,7 +52,7 @@ impl Scene {
     /// let mut scene = Scene::new();
     /// let ball = scene.particle("ball", 2.0, [0.0, 1.0]);
     /// scene.gravity(0.0, -9.81);
-    /// let floor = scene.stop("floor", Body::GROUND.at(0.0, 0.0), std::f64::consts::FRAC_PI_2, ball.point());
+    /// let floor = scene.rigid_contact("floor", Body::GROUND.at(0.0, 0.0), std::f64::consts::FRAC_PI_2, ball.point());
     /// let restitution = scene.design("restitution", 0.8);
     /// scene.impact_at(floor.event, floor.equation, restitution);
     /// let system = scene.compile()?;
@@ -75,9 +75,12 @@ impl Scene {
         }
     }
 
-    /// Adds the event λ = 0 of a constraint equation: where a closed contact would begin to pull, or a joint is free of force.
+    /// Adds the event at which the reaction λ of a constraint equation becomes zero from below: a contact that pushes (its force is −Φ_qᵀλ, so λ < 0) would
+    /// begin to pull.
     pub fn reaction_event(&mut self, name: &str, equation: Multiplier) -> Event {
-        self.event(name, Reaction, [], [equation], [], [])
+        let event = self.event(name, Reaction, [], [equation], [], []);
+        self.parts.sides.push((event.index(), -1.0));
+        event
     }
 
     fn switch_at(&mut self, event: Event, equations: &[Multiplier], action: Action) {
@@ -101,6 +104,7 @@ impl Scene {
     pub(crate) fn note_gap(&mut self, name: &str) {
         if let (Some(event), Some(equation)) = (self.event_named(name), self.parts.equations.checked_sub(1)) {
             self.parts.gaps.push(Gap { event: event.index(), equation });
+            self.parts.sides.push((event.index(), 1.0));
         }
     }
 

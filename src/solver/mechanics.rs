@@ -4,11 +4,11 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::accelerations::Accelerations;
 use crate::forward::ForwardSweep;
-use crate::motion::column;
+use crate::motion::{column, open, with_open};
 use crate::redundancy::{Scaled, mass_matrix};
 use crate::scene::planar::Point;
 use crate::system::{NodeView, Pair, Sums};
-use crate::{Error, Inputs, Param, Settings, System, Trajectory};
+use crate::{Error, Inputs, Multiplier, Param, Settings, System, Trajectory};
 
 /// The mechanics of a system at one state: constraints, energies, momenta, accelerations and reactions, positions of points.
 ///
@@ -37,16 +37,27 @@ pub struct Mechanics<'s> {
     u: Vec<f64>,
     t: f64,
     design: Vec<f64>,
+    /// The equations that are open.
+    open: Vec<usize>,
 }
 
 impl<'s> Mechanics<'s> {
-    /// The mechanics at coordinates q (m, rad) and velocities v (m/s, rad/s), with zero controls, the design of the scene and t = 0.
+    /// The mechanics at coordinates q (m, rad) and velocities v (m/s, rad/s), with zero controls, the design of the scene and t = 0. Equations that some
+    /// event closes are open ([`System::open_equations`]).
     ///
     /// # Errors
     /// Vectors whose length differs from [`System::n`], or numbers that are not finite.
     pub fn new(system: &'s System, q: &[f64], v: &[f64]) -> Result<Self, Error> {
         let design = system.parameters().values(system.design_values().as_slice()).into_owned();
-        let here = Mechanics { system, q: q.to_vec(), v: v.to_vec(), u: vec![0.0; system.k()], t: 0.0, design };
+        let here = Mechanics {
+            system,
+            q: q.to_vec(),
+            v: v.to_vec(),
+            u: vec![0.0; system.k()],
+            t: 0.0,
+            design,
+            open: system.open_at_start(),
+        };
         check("q", system.n(), q)?;
         check("v", system.n(), v)?;
         Ok(here)
@@ -62,7 +73,8 @@ impl<'s> Mechanics<'s> {
         let mut forward = ForwardSweep::new(system, settings.scheme);
         forward.begin(system, inputs, 1, &settings)?;
         let start = forward.motion.at(0);
-        let here = Self::new(system, start.q, start.v)?.at_time(start.t)?;
+        let mut here = Self::new(system, start.q, start.v)?.at_time(start.t)?;
+        here.open = inputs.open.iter().map(Multiplier::index).collect();
         here.with_controls(inputs.controls_at(0))?.with_design(inputs.design.as_slice())
     }
 
@@ -80,7 +92,8 @@ impl<'s> Mechanics<'s> {
         if node >= motion.computed {
             return Err(Error::Incomplete { expected: node + 1, computed: motion.computed });
         }
-        let here = Self::new(system, column(&motion.q, node), column(&motion.v, node))?.at_time(motion.times[node])?;
+        let mut here = Self::new(system, column(&motion.q, node), column(&motion.v, node))?.at_time(motion.times[node])?;
+        here.open = open(motion.compliance_from(node)).collect();
         here.with_controls(inputs.controls_at(node))?.with_design(inputs.design.as_slice())
     }
 
@@ -165,13 +178,13 @@ impl<'s> Mechanics<'s> {
     ///   M v̇ + Φ_qᵀ λ = 𝓛_q + Q − (T_v)_q v − (T_v)_t      Φ_q v̇ = −(dΦ/dt)_q v − (dΦ/dt)_t
     /// ```
     ///
-    /// For dependent constraints λ is not unique, but Φ_qᵀλ is.
+    /// For dependent constraints λ is not unique, but Φ_qᵀλ is; that of an open equation is 0.
     ///
     /// # Errors
     /// A singular mass matrix or configuration, or forces that are not finite.
     pub fn accelerations(&self) -> Result<(DVector<f64>, DVector<f64>), Error> {
         let (mut accelerations, none) = (Accelerations::new(self.system), vec![0.0; self.system.m()]);
-        accelerations.evaluate(self.system, &self.view(&none), (0, &[]))?;
+        accelerations.evaluate(self.system, &self.view(&none), (0, &with_open(&[], &self.open)))?;
         let Pair { v, sigma } = accelerations.found();
         Ok((DVector::from_vec(v), DVector::from_vec(sigma)))
     }

@@ -37,7 +37,7 @@ impl Solver<'_> {
     ///
     /// An event is found if its function changes its sign between two nodes. The given events are ignored. Where an event opens or closes constraint
     /// equations ([`Scene::impact_at`](crate::Scene::impact_at)), the motion is computed anew from there on, with steps of length zero behind the
-    /// event.
+    /// event. Where impacts accumulate, an event with the same function that closes the equation ends them.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Scene, Settings, Solver, planar::Body};
@@ -82,7 +82,11 @@ impl Solver<'_> {
             self.forward.run(self.system, &phases, &self.settings)?;
             self.correct_times(&mut found);
             let mut functions = EventFunctions::default();
-            self.see_that_they_rebound(&found, &mut functions)?;
+            if !self.rebounds(&found, &mut functions)? {
+                self.settle(&mut found)?;
+                phases = self.phases(inputs, &found, least);
+                continue;
+            }
             let is_new = self.find_next(&mut found, end, &mut functions)?;
             if !is_new && !found.is_empty() {
                 return Ok(phases);
@@ -92,7 +96,10 @@ impl Solver<'_> {
             if is_last || (found[found.len() - 1].time - end).abs() <= SAME * end.abs() {
                 return Ok(phases);
             }
-            self.see_that_they_go_on(&found, end)?;
+            if self.accumulate(&found, end) {
+                self.settle(&mut found)?;
+                phases = self.phases(inputs, &found, least);
+            }
         }
     }
 
@@ -101,6 +108,10 @@ impl Solver<'_> {
         let mut crossings = self.crossings(functions)?;
         crossings.sort_by(|a, b| a.time.abs().total_cmp(&b.time.abs()));
         let is_same = |a: &Found, b: &Found| (a.time - b.time).abs() <= SAME * end.abs();
+        // An event that closes the equation of an impact waits until impacts accumulate.
+        let impacts = crossings.clone();
+        crossings
+            .retain(|of| !impacts.iter().any(|impact| is_same(of, impact) && self.system.settles(of.event, impact.event)));
         let changes = |found: &Found| self.system.zero_steps_of(found.event) > 0;
         if let Some(pair) = crossings.windows(2).find(|pair| is_same(&pair[0], &pair[1]) && pair.iter().all(changes)) {
             let [first, second] = [0, 1].map(|k| self.system.event_name(pair[k].event).to_string());
@@ -127,25 +138,38 @@ impl Solver<'_> {
         }
     }
 
-    /// Returns an error if the last event is an impact behind which the function has another sign than before: without a rebound, or with one that ends
-    /// within a step.
-    fn see_that_they_rebound(&self, found: &[Found], functions: &mut EventFunctions) -> Result<(), Error> {
+    /// False if the last event is an impact behind which the function has another sign than before: without a rebound, or with one that ends within a
+    /// step.
+    fn rebounds(&self, found: &[Found], functions: &mut EventFunctions) -> Result<bool, Error> {
         let motion = &self.forward.motion;
-        let (Some(last), Some(of)) = (found.last(), motion.inputs.events.last()) else { return Ok(()) };
+        let (Some(last), Some(of)) = (found.last(), motion.inputs.events.last()) else { return Ok(true) };
         let zeros = self.system.zero_steps_of(last.event);
         if zeros < 2 || of.node + zeros + 1 >= motion.inputs.grid.nodes() {
-            return Ok(());
+            return Ok(true);
         }
         let mut value = |node: usize| self.value(functions, last.event, motion.trajectory.column_of(node));
-        if value(of.node - 1)? * value(of.node + zeros + 1)? > 0.0 { Ok(()) } else { Err(self.accumulation(found)) }
+        Ok(value(of.node - 1)? * value(of.node + zeros + 1)? > 0.0)
     }
 
-    /// Returns an error if impacts accumulate.
-    fn see_that_they_go_on(&self, found: &[Found], end: f64) -> Result<(), Error> {
+    /// True if impacts follow each other ever faster, and the last two within a small part of a step.
+    fn accumulate(&self, found: &[Found], end: f64) -> bool {
         let gaps = gaps(found);
         let mean = (end / self.forward.motion.inputs.grid.steps.len() as f64).abs();
         let is_decreasing = gaps.len() > DECREASING && gaps[..DECREASING].windows(2).all(|pair| pair[0] < pair[1]);
-        if is_decreasing && gaps[0] < SHORT * mean { Err(self.accumulation(found)) } else { Ok(()) }
+        is_decreasing && gaps[0] < SHORT * mean
+    }
+
+    /// Replaces the last impact by an event that closes its equation.
+    ///
+    /// # Errors
+    /// There is none.
+    fn settle(&self, found: &mut [Found]) -> Result<(), Error> {
+        let last = found[found.len() - 1];
+        let Some(event) = (0..self.system.events()).find(|&event| self.system.settles(event, last.event)) else {
+            return Err(self.accumulation(found));
+        };
+        found[found.len() - 1].event = event;
+        Ok(())
     }
 
     fn accumulation(&self, found: &[Found]) -> Error {
@@ -217,7 +241,9 @@ impl Solver<'_> {
             for node in begin..motion.nodes() - 1 {
                 let [before, after] = [values[node], values[node + 1]];
                 // In a step of length zero a function may jump, but has no zero.
-                if motion.length(node + 1) != 0.0 && (before * after < 0.0 || before != 0.0 && after == 0.0) {
+                let comes_from_side = self.system.side_of(event) * before >= 0.0;
+                let is_zero = before * after < 0.0 || before != 0.0 && after == 0.0;
+                if motion.length(node + 1) != 0.0 && is_zero && comes_from_side {
                     let [from, to] = [node, node + 1].map(|node| motion.time(node));
                     let share = before / (before - after);
                     crossings.push(Found { event, time: from + share * (to - from) - start });

@@ -35,6 +35,7 @@ pub struct System {
     pub(super) loop_equations: Vec<usize>,
     pub(super) switches: Vec<Switch>,
     pub(super) gaps: Vec<Gap>,
+    pub(super) sides: Vec<(usize, f64)>,
     /// The energies that may be undefined at points where their derivatives are defined, by batch and item.
     pub(super) partly_defined: Vec<(usize, usize)>,
     pub(super) names: Names,

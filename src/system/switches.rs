@@ -4,19 +4,32 @@ use crate::System;
 use crate::model::{Action, Gap, Switch};
 
 impl System {
+    /// The side from which the function of an event becomes zero: 1 from above, −1 from below, 0 from any.
+    pub(crate) fn side_of(&self, event: usize) -> f64 {
+        self.sides.iter().find(|(of, _)| *of == event).map_or(0.0, |(_, side)| *side)
+    }
+
     /// True if there are rigid contacts.
     pub(crate) fn has_gaps(&self) -> bool {
         !self.gaps.is_empty()
     }
 
-    /// The gaps of rigid contacts whose equations some event changes.
+    /// The gaps of rigid contacts whose equations some event changes, but none holds at other values than zero.
     pub(crate) fn gaps(&self) -> impl Iterator<Item = Gap> + '_ {
-        self.gaps.iter().filter(|gap| self.may_open(gap.equation)).copied()
+        let is_held = move |gap: &Gap| self.held().any(|held| held == gap.equation);
+        self.gaps.iter().filter(move |gap| self.may_open(gap.equation) && !is_held(gap)).copied()
     }
 
     /// The changes of constraint equations at an event.
     pub(crate) fn switches_of(&self, event: usize) -> impl Iterator<Item = Switch> + '_ {
         self.switches.iter().filter(move |switch| switch.event == event).copied()
+    }
+
+    /// True if an event closes an equation on which another event is an impact.
+    pub(crate) fn settles(&self, event: usize, impact: usize) -> bool {
+        let is_impact = |switch: &Switch| matches!(switch.action, Action::Impact(_));
+        let hit = |equation| self.switches_of(impact).any(|switch| switch.equation == equation && is_impact(&switch));
+        self.switches_of(event).any(|switch| matches!(switch.action, Action::Close | Action::Hold) && hit(switch.equation))
     }
 
     /// The number of steps of length zero that must follow an event: one in which constraints open and close, and a second one for the restitution of

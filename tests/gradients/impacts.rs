@@ -3,12 +3,13 @@
 use hamiltonian_adjoint::check::Input;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Gradient, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Real, Scalar, Scene, Scheme, Settings,
-    Solver, Start, Sum, System,
+    Cost, CostPoint, Error, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Real, Scalar, Scene, Scheme, Settings, Solver,
+    Start, Sum, System,
 };
 use nalgebra::SVector;
 
 use crate::common::assert_gradient_is_exact_with;
+use crate::located::{along, direction, near};
 
 /// t − b₀.
 struct Past;
@@ -38,13 +39,13 @@ impl Cost<0, 1, 0, 1> for Reaction {
 
 /// When the tip is lifted.
 #[derive(Clone, Copy)]
-enum Lift {
+pub enum Lift {
     Time,
     Reaction,
 }
 
 /// Two rods on one or two hinges at the ground, with a motor. The tip hits a floor, then lands on it, and is lifted.
-fn rods(hinges: usize, without_programs: bool, lift: Lift) -> System {
+pub fn rods(hinges: usize, without_programs: bool, lift: Lift) -> System {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
     let [height, restitution] = [scene.design("height", -0.4), scene.design("restitution", 0.5)];
@@ -98,7 +99,7 @@ fn inputs(system: &System, grid: Grid, nodes: [usize; 3]) -> Inputs {
     inputs
 }
 
-fn usual(system: &System) -> Inputs {
+pub fn usual(system: &System) -> Inputs {
     inputs(system, grid([16, 8, 10, 8]), [16, 26, 37])
 }
 
@@ -156,6 +157,26 @@ fn what_sticks_where_it_is_has_exact_gradients() -> Result<(), Error> {
 }
 
 #[test]
+fn the_second_impact_on_a_constraint_begins_with_the_multiplier_after_the_first() -> Result<(), Error> {
+    let system = rods(1, false, Lift::Time);
+    let steps = [vec![0.33 / 16.0; 16], vec![0.0; 2], vec![0.022; 8], vec![0.0; 2], vec![0.02; 6]].concat();
+    let mut given = inputs(&system, Grid::new(0.0, steps), [16, 26, 30]);
+    given.events = [16, 26].map(|node| system.event(0).at(node)).to_vec();
+    let restarted = Settings { rebase_every: 3, ..Settings::default() };
+    for settings in [Settings::default(), restarted, Settings { scheme: Scheme::ESDIRK3, ..Settings::default() }] {
+        assert_gradient_is_exact_with("two impacts", &system, &given, settings);
+        let mut solver = Solver::new(&system, settings);
+        let motion = solver.simulate(&given)?;
+        // σ of the floor has changed at both impacts.
+        let sigma = [16, 18, 26, 28].map(|node| motion.sigma[(4, node)]);
+        assert!(sigma[0].abs() < 1e-20 && sigma[1] < -0.1 && sigma[3] < sigma[2] - 0.01, "{sigma:?}");
+        let own = solver.gradient()?.clone();
+        assert!(LongSolver::new(&system, settings, 1_000_000).gradient(&given)? == &own, "checkpoints");
+    }
+    Ok(())
+}
+
+#[test]
 fn gradients_are_those_of_complex_step() {
     let plain = Settings::default();
     let system = rods(1, false, Lift::Time);
@@ -173,27 +194,6 @@ fn gradients_are_those_of_complex_step() {
     }
     let redundant = rods(2, false, Lift::Time);
     assert_gradient_is_exact_with("impacts: redundant", &redundant, &usual(&redundant), plain);
-}
-
-/// A direction of all inputs.
-fn direction(inputs: &Inputs, seed: usize) -> Inputs {
-    let mut direction = inputs.no_change();
-    for (k, input) in Input::all(inputs).into_iter().enumerate() {
-        let size = if matches!(input, Input::Step(_)) { 0.01 } else { 0.1 };
-        *input.of(&mut direction) = size * ((seed + 7 * k) as f64).sin();
-    }
-    direction
-}
-
-fn along(gradient: &Gradient, direction: &Inputs) -> f64 {
-    let mut own = direction.clone();
-    Input::all(direction).into_iter().map(|input| *input.of(&mut own) * input.in_gradient(gradient)).sum()
-}
-
-fn near(what: &str, own: f64, reference: f64, within: f64) {
-    let error = (own - reference).abs() / reference.abs();
-    println!("{what}: {error:.1e}");
-    assert!(error < within, "{what}: {own} for {reference}");
 }
 
 #[test]

@@ -9,6 +9,7 @@ mod cost_arguments;
 mod costs;
 mod grid_phase;
 mod impacts;
+mod impacts_crossed;
 mod located;
 mod long;
 mod long_chain;

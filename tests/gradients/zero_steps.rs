@@ -7,7 +7,7 @@ use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
     Composition, Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, PotentialEnergy, Scalar, Scene, Scheme,
-    Settings, Solver, Sum, System, Trajectory, Withdrawn, estimate, gradient, simulate,
+    Settings, Solver, Sum, System, Trajectory, Warning, Withdrawn, estimate, gradient, simulate,
 };
 use nalgebra::{DMatrix, SVector};
 
@@ -88,7 +88,8 @@ fn a_kink_at_the_node_of_an_event_is_located_beside_a_jump() -> Result<(), Error
         let given = jumping(&located::inputs(&system, located::grid(50), &nodes), 1);
         for is_after in [false, true] {
             let inputs = with_jump(&given, (nodes[2].1 + 3, 1), (20.0, is_after));
-            assert_eq!(gradient(&system, &inputs, Settings::default())?.warnings, [], "{nodes:?}");
+            let told = gradient(&system, &inputs, Settings::default())?.warnings;
+            assert!(told.iter().all(|warning| matches!(warning, Warning::CoarseSteps { .. })), "{nodes:?}: {told:?}");
         }
     }
     Ok(())
@@ -131,7 +132,9 @@ fn a_step_of_length_zero_without_a_jump_changes_nothing() -> Result<(), Error> {
             assert!(error < 1e-12, "{}: {error:e}", scheme.name);
         }
         let (known, other) = (gradient(system, inputs, settings)?, gradient(system, &jumping, settings)?);
-        assert_eq!(other.warnings.len(), known.warnings.len(), "{}: {:?}", scheme.name, other.warnings);
+        // Coarse steps are judged by samples.
+        let told = |of: &Gradient| of.warnings.iter().filter(|told| !matches!(told, Warning::CoarseSteps { .. })).count();
+        assert_eq!(told(&other), told(&known), "{}: {:?}", scheme.name, other.warnings);
         assert_eq!(known.frozen.is_some(), std::ptr::eq(system, &floor));
         let both =
             |of: &Gradient| [Some(of.clone()), of.frozen.as_deref().cloned()].into_iter().flatten().collect::<Vec<_>>();

@@ -2,8 +2,8 @@
 
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Force, ForcePoint, Gradient, Grid, Inputs, Scalar, Scene, Scheme, Settings, Solver, Start, Sum,
-    System,
+    Cost, CostPoint, Design, Error, Force, ForcePoint, Gradient, Grid, Inputs, Param, Scalar, Scene, Scheme, Settings,
+    Solver, Start, Sum, System,
 };
 use nalgebra::SVector;
 
@@ -163,7 +163,7 @@ impl Cost<2, 0, 0, 1> for Distance {
 }
 
 /// The place of the tip.
-pub struct Tip(pub usize);
+struct Tip(usize);
 
 impl Cost<3, 0, 0, 0> for Tip {
     fn cost<S: Scalar>(&self, at: &CostPoint<S, 3, 0, 0>, _b: &SVector<S, 0>) -> S {
@@ -171,27 +171,21 @@ impl Cost<3, 0, 0, 0> for Tip {
     }
 }
 
-/// Two rods in absolute coordinates, with angles from the lower vertical; the tip hits an elastic wall and leaves it.
-fn double_pendulum() -> Case {
-    let mut scene = Scene::new();
-    let mass = scene.design("mass", 0.7);
-    let wall = scene.design("wall", -0.85);
-    let gravity = scene.design("gravity", 9.81);
-    let stiffness = scene.design("stiffness", 2e5);
-    scene.gravity(0.0, -hamiltonian_adjoint::Param::from(gravity));
+/// Two rods in absolute coordinates, with angles from the lower vertical.
+pub fn rods(scene: &mut Scene, mass: Design) -> [Body; 2] {
     let (a, b): (f64, f64) = (1.8, 0.1);
     let [elbow_x, elbow_y] = [a.sin(), -a.cos()];
     let inner = scene.body("inner", 1.0, 1.0 / 12.0, [0.5 * elbow_x, 0.5 * elbow_y, a]);
-    let inertia = hamiltonian_adjoint::Param::from(mass) * (0.64 / 12.0);
+    let inertia = Param::from(mass) * (0.64 / 12.0);
     let outer = scene.body("outer", mass, inertia, [elbow_x + 0.4 * b.sin(), elbow_y - 0.4 * b.cos(), b]);
     scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), inner.at(0.0, 0.5));
     scene.revolute("elbow", inner.at(0.0, -0.5), outer.at(0.0, 0.4));
+    [inner, outer]
+}
+
+/// Outputs of both angles, their rates and the place of the tip at the end.
+pub fn ends(scene: &mut Scene, [inner, outer]: [Body; 2]) {
     let [x, y, angle] = outer.coordinates;
-    scene.force("wall", Wall, [x, angle], [], [wall.into(), stiffness.into()]);
-    scene.event("contact", Distance, [x, angle], [], [], [wall.into()]);
-    for k in 0..2 {
-        scene.event_time(&format!("event {k}"), k);
-    }
     for (name, q, is_rate) in
         [("a1", inner.coordinates[2], false), ("a2", angle, false), ("w1", inner.coordinates[2], true), ("w2", angle, true)]
     {
@@ -202,6 +196,24 @@ fn double_pendulum() -> Case {
         let output = scene.output(name);
         scene.term(output, name, Tip(k), Sum::Terminal, [x, y, angle], [], [], []);
     }
+}
+
+/// Two rods in absolute coordinates, with angles from the lower vertical; the tip hits an elastic wall and leaves it.
+fn double_pendulum() -> Case {
+    let mut scene = Scene::new();
+    let mass = scene.design("mass", 0.7);
+    let wall = scene.design("wall", -0.85);
+    let gravity = scene.design("gravity", 9.81);
+    let stiffness = scene.design("stiffness", 2e5);
+    scene.gravity(0.0, -Param::from(gravity));
+    let [inner, outer] = rods(&mut scene, mass);
+    let [x, _, angle] = outer.coordinates;
+    scene.force("wall", Wall, [x, angle], [], [wall.into(), stiffness.into()]);
+    scene.event("contact", Distance, [x, angle], [], [], [wall.into()]);
+    for k in 0..2 {
+        scene.event_time(&format!("event {k}"), k);
+    }
+    ends(&mut scene, [inner, outer]);
     let system = scene.compile().expect("a scene");
     let start = Start::assembled(&system).hold(&[inner.coordinates[2], angle]);
     // The reference has the derivatives by the mass, the wall, gravity, both angles and the stiffness.

@@ -3,13 +3,13 @@
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
     Constraint, Cost, CostPoint, Error, Grid, Inputs, Multiplier, Param, PotentialEnergy, Scalar, Scene, Scheme, Settings,
-    Solver, Start, Sum,
+    Solver, Start, Sum, Warning,
 };
 use nalgebra::SVector;
 use std::f64::consts::FRAC_PI_2;
 
 use crate::common::{assert_says, numbers};
-use crate::event_truth::{Case, TRUTH, Tip, Value};
+use crate::event_truth::{Case, TRUTH, Value, ends, rods};
 
 /// b₀ σ + b₁ λ.
 struct Reaction;
@@ -104,27 +104,12 @@ fn double_pendulum(name: &str, restitution: Option<f64>) -> Case {
     let wall = scene.design("wall", -0.85);
     let gravity = scene.design("gravity", 9.81);
     scene.gravity(0.0, -Param::from(gravity));
-    let (a, b): (f64, f64) = (1.8, 0.1);
-    let [elbow_x, elbow_y] = [a.sin(), -a.cos()];
-    let inner = scene.body("inner", 1.0, 1.0 / 12.0, [0.5 * elbow_x, 0.5 * elbow_y, a]);
-    let inertia = Param::from(mass) * (0.64 / 12.0);
-    let outer = scene.body("outer", mass, inertia, [elbow_x + 0.4 * b.sin(), elbow_y - 0.4 * b.cos(), b]);
-    scene.revolute("pivot", Body::GROUND.at(0.0, 0.0), inner.at(0.0, 0.5));
-    scene.revolute("elbow", inner.at(0.0, -0.5), outer.at(0.0, 0.4));
+    let [inner, outer] = rods(&mut scene, mass);
     let contact = scene.rigid_contact("wall", Body::GROUND.at(wall, 0.0), 0.0, outer.at(0.0, -0.4));
     scene.event_time("time", 0);
     scene.event_impulse("impulse", contact.equation, 0);
-    let [x, y, angle] = outer.coordinates;
-    for (name, q, is_rate) in
-        [("a1", inner.coordinates[2], false), ("a2", angle, false), ("w1", inner.coordinates[2], true), ("w2", angle, true)]
-    {
-        let output = scene.output(name);
-        scene.term(output, name, Value { is_rate }, Sum::Terminal, [q], [], [], []);
-    }
-    for (k, name) in ["tip x", "tip y"].into_iter().enumerate() {
-        let output = scene.output(name);
-        scene.term(output, name, Tip(k), Sum::Terminal, [x, y, angle], [], [], []);
-    }
+    ends(&mut scene, [inner, outer]);
+    let angle = outer.coordinates[2];
     let mut designs = vec![0, 1, 2];
     match restitution {
         Some(restitution) => {
@@ -246,6 +231,65 @@ fn a_mass_that_is_released() -> Result<(), Error> {
         case.assert_orders(name, Scheme::TRAPEZOIDAL, 2.0, &steps)?;
         case.assert_orders(name, Scheme::ESDIRK4, 4.0, &steps[..3])?;
     }
+    Ok(())
+}
+
+#[test]
+fn impacts_end_where_an_event_closes_their_equation() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let ball = scene.particle("ball", 1.0, [0.0, 1.0]);
+    scene.gravity(0.0, -9.81);
+    let floor = scene.rigid_contact("floor", Body::GROUND.at(0.0, 0.0), FRAC_PI_2, ball.point());
+    scene.impact_at(floor.event, floor.equation, 0.5);
+    let rests = scene.event("rests", Value { is_rate: false }, [ball.coordinates[1]], [], [], []);
+    scene.close_at(rests, &[floor.equation]);
+    let system = scene.compile()?;
+    let mut solver = Solver::new(&system, Settings::default());
+    let phases = solver.find_phases(&Inputs::at_rest(&system, Grid::uniform(100, 0.02)), 8)?;
+    let motion = solver.simulate(&phases)?;
+    let last = phases.events[phases.events.len() - 1];
+    // All impacts happen before 0.4515 s (1 + 0.5)/(1 − 0.5); those within two steps are left out.
+    println!("{} impacts, the last at {}", phases.events.len(), motion.times[last.node]);
+    assert!(last.event == rests && (motion.times[last.node] - 3.0 * (2.0 / 9.81f64).sqrt()).abs() < 0.04);
+    assert!(motion.q.row(1).iter().skip(last.node).all(|y| y.abs() < 1e-12));
+    assert!(solver.report().warnings.is_empty(), "{:?}", solver.report().warnings);
+    Ok(())
+}
+
+/// A mass on a spring that lands and leaves again when the spring pulls it up: its contact opens where it would pull.
+#[test]
+fn a_contact_opens_where_it_would_pull_and_no_rounding_closes_it() -> Result<(), Error> {
+    let mut opened = 0;
+    for k in 0..40 {
+        let mut scene = Scene::new();
+        let foot = scene.particle("foot", 0.3, [0.0, 0.2]);
+        let body = scene.particle("body", 2.0, [0.0, 0.8]);
+        scene.gravity(0.0, -9.81);
+        scene.spring_damper("leg", foot.point(), body.point(), 400.0 + 40.0 * f64::from(k), 1.0, 0.6);
+        let floor = scene.rigid_contact("floor", Body::GROUND.at(0.0, 0.0), FRAC_PI_2, foot.point());
+        scene.close_at(floor.event, &[floor.equation]);
+        let leaves = scene.reaction_event("leaves", floor.equation);
+        scene.open_at(leaves, &[floor.equation]);
+        let system = scene.compile()?;
+        let mut solver = Solver::new(&system, Settings::default());
+        let phases = solver.find_phases(&Inputs::at_rest(&system, Grid::uniform(200, 0.005)), 8)?;
+        let motion = solver.simulate(&phases)?;
+        let times: Vec<f64> = phases.events.iter().map(|event| motion.times[event.node]).collect();
+        // Every landing is followed by a take-off, and in between time passes.
+        assert!(
+            phases.events.iter().enumerate().all(|(i, event)| (event.event == leaves) == (i % 2 == 1)),
+            "{k}: {times:?}"
+        );
+        assert!(times.windows(2).all(|pair| pair[1] - pair[0] > 1e-3), "{k}: {times:?}");
+        let warnings = &solver.report().warnings;
+        assert!(
+            warnings.iter().all(|warning| matches!(warning, Warning::Pulls { .. } | Warning::CoarseSteps { .. })),
+            "{k}: {warnings:?}"
+        );
+        opened += phases.events.len() / 2;
+    }
+    println!("{opened} take-offs");
+    assert!(opened >= 20);
     Ok(())
 }
 

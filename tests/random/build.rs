@@ -18,6 +18,8 @@ pub struct Built {
     pub inertia: Vec<f64>,
     pub coordinates: Vec<Coordinate>,
     pub multipliers: Vec<Multiplier>,
+    /// The ground and the bodies.
+    pub parts: Vec<Part>,
 }
 
 /// The scene of a description.
@@ -31,8 +33,8 @@ pub fn scene(description: &Description) -> Built {
     description.redundant.iter().for_each(|redundant| builder.redundant(*redundant));
     description.loads.iter().for_each(|load| builder.load(load));
     description.terms.iter().for_each(|term| builder.term(term));
-    let Builder { scene, inertia, coordinates, multipliers, .. } = builder;
-    Built { scene, inertia, coordinates, multipliers }
+    let Builder { scene, inertia, coordinates, multipliers, parts, .. } = builder;
+    Built { scene, inertia, coordinates, multipliers, parts }
 }
 
 /// The inputs of a description for its compiled scene.
@@ -92,9 +94,9 @@ impl Fault {
 
 /// The ground or a body, and its place at the start.
 #[derive(Clone, Copy)]
-struct Part {
-    frame: Frame,
-    place: [f64; 3],
+pub struct Part {
+    pub frame: Frame,
+    pub place: [f64; 3],
 }
 
 const GROUND: Part = Part { frame: Body::GROUND, place: [0.0; 3] };

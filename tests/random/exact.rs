@@ -122,6 +122,12 @@ const EXACT: f64 = 1e-9;
 /// Rounding of a motion that blows up within some steps may make this of derivatives that are not wrong.
 const NOT_WRONG: f64 = 1e-2;
 
+/// True if the largest velocity of a motion leaves too few digits to the others, which are of order one: Newton's method stops at rounding relative
+/// to the size of all velocities. Dampers cause such motions in long steps backward in time, which composed grids contain, too.
+fn runs_away(motion: &Trajectory) -> bool {
+    ROUNDINGS * f64::EPSILON * motion.v.amax() > EXACT
+}
+
 /// Whether a warning says that the motion, and so its gradient, is not to be trusted.
 fn says_not_to_trust(warning: &Warning) -> bool {
     matches!(warning, Warning::Unresolved { .. } | Warning::Drift { .. } | Warning::Rough { .. })
@@ -144,11 +150,12 @@ fn is_smooth(kind: &str, description: &Description) -> bool {
     description.redundant.is_empty() || !matches!(kind, "q0" | "design variables")
 }
 
-/// The largest difference of adjoint and complex step in random directions of every kind of input, relative to the gradient.
+/// The largest difference of adjoint and complex step in random directions of every kind of input, relative to the gradient; none for a
+/// motion that runs away.
 ///
 /// # Errors
 /// Those of the complex simulation.
-pub fn disagreement(description: &Description, moved: &Moved) -> Result<Disagreement, Error> {
+pub fn disagreement(description: &Description, moved: &Moved) -> Result<Option<Disagreement>, Error> {
     let Moved { system, inputs, gradient } = moved;
     let mut random = Random::new(description.run.seed as u64);
     let mut solver = LiftedSolver::<Cx>::new(system, inputs, description.run.settings)?;
@@ -178,6 +185,9 @@ pub fn disagreement(description: &Description, moved: &Moved) -> Result<Disagree
             worst = Disagreement { error, what, ..worst };
         }
     }
+    if runs_away(solver.real().trajectory()) {
+        return Ok(None);
+    }
     let Report { worst_pivot, warnings, .. } = solver.real().report();
     // K⁻¹ occurs twice in its own derivative, but refined solutions lose the digits of one, counted from all derivatives together; so does
     // the complex step.
@@ -185,11 +195,11 @@ pub fn disagreement(description: &Description, moved: &Moved) -> Result<Disagree
     let is_warned = warnings.iter().any(says_not_to_trust);
     worst.bound = if is_warned { NOT_WRONG } else { by_pivot };
     worst.what = format!("{}; smallest pivot {worst_pivot:.1e}, {warnings:?}", worst.what);
-    Ok(worst)
+    Ok(Some(worst))
 }
 
 /// The differences between a second derivative along two random directions by products of the Hessian and by hyper-dual numbers, relative to the terms
-/// of it; none for what has no products.
+/// of it; none for what has no products, and for a motion that runs away.
 ///
 /// # Errors
 /// Those of the simulations.
@@ -211,7 +221,9 @@ pub fn disagreement_of_products(description: &Description, moved: &Moved) -> Res
     };
     let (mut first, mut second) = (direction(), direction());
     let mut solver = Solver::new(system, description.run.settings);
-    solver.simulate(inputs)?;
+    if runs_away(solver.simulate(inputs)?) {
+        return Ok(None);
+    }
     let mut product = |of: &Inputs| solver.hessian_product(of).cloned();
     let (of_first, of_second) = (product(&first)?, product(&second)?);
     let terms = |gradient: &Gradient, direction: &mut Inputs| {

@@ -1,6 +1,6 @@
 //! Motions with located events: levels of coordinates, velocities, multipliers and times of random scenes, from guesses that are good or poor.
 
-use hamiltonian_adjoint::{Error, Inputs, ListCost, ListPoint, Scalar, Solver, System, Trajectory};
+use hamiltonian_adjoint::{Error, Event, Inputs, ListCost, ListPoint, Scalar, Solver, System, Trajectory};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -39,9 +39,10 @@ impl ListCost for Level {
     }
 }
 
-/// A function of a scene with its coordinate and its multiplier.
+/// An event with its function, coordinate and multiplier. Contacts of the scene are events, too, so its number is not its place in the list.
 struct Placed {
     level: Level,
+    event: Event,
     of: (usize, Option<usize>),
 }
 
@@ -96,8 +97,8 @@ pub fn run(description: &Description, sought: &[Sought]) -> Result<Result<Moved,
         let sigma = round(built.multipliers.len(), of[1]).map(|i| built.multipliers[i]);
         let b = built.scene.design(&format!("level {k}"), 0.0);
         let sigmas: Vec<_> = sigma.into_iter().collect();
-        built.scene.list_event(&format!("event {k}"), Level(weights), &[q], &sigmas, &[], &[b.into()]);
-        placed.push(Placed { level: Level(weights), of: (q.index(), sigma.map(|sigma| sigma.index())) });
+        let event = built.scene.list_event(&format!("event {k}"), Level(weights), &[q], &sigmas, &[], &[b.into()]);
+        placed.push(Placed { level: Level(weights), event, of: (q.index(), sigma.map(|sigma| sigma.index())) });
     }
     let start = built.scene.compile().and_then(|system| {
         let inputs = build::inputs(&description.run, &system, &built.inertia)?;
@@ -149,7 +150,7 @@ fn ask_for(inputs: &mut Inputs, system: &System, motion: &Trajectory, sought: &[
         if (there - earlier).abs() > 1e-6 {
             inputs.design[system.designs() - sought.len() + k] = there + 0.37 * (earlier - there);
             inputs.grid.steps[before..node].iter_mut().for_each(|dt| *dt *= event.guess);
-            inputs.events.push(system.event(k).at(node));
+            inputs.events.push(placed[k].event.at(node));
             before = node;
         }
     }
@@ -159,7 +160,7 @@ fn ask_for(inputs: &mut Inputs, system: &System, motion: &Trajectory, sought: &[
 fn check(inputs: &Inputs, system: &System, motion: &Trajectory, placed: &[Placed]) -> Result<(), String> {
     let mut begin = 0;
     for event in &inputs.events {
-        let k = event.event.index();
+        let k = placed.iter().position(|placed| placed.event == event.event).ok_or("an event that was not asked for")?;
         let b = inputs.design[system.designs() - placed.len() + k];
         let (g, at) = (placed[k].along(motion, b), motion.column_of(event.node));
         let size = g[begin..=at].iter().fold(b.abs(), |size, g| size.max(g.abs()));

@@ -11,6 +11,7 @@ mod crossed;
 mod description;
 mod elements;
 mod exact;
+mod impacts;
 mod located;
 #[path = "../scenes/elements.rs"]
 #[allow(dead_code)]
@@ -49,7 +50,7 @@ struct Tally {
 
 /// A gradient that agrees with complex step.
 const EXACT: &str = "simulated, gradient exact";
-/// A motion that cannot be compared, because the complex simulation does not converge.
+/// A motion that cannot be compared, because the complex simulation does not converge or because it runs away.
 const NO_REFERENCE: &str = "simulated, without a reference";
 
 /// A motion that lost digits, but no more than its report says.
@@ -103,7 +104,7 @@ impl Tally {
 
     /// Asserts that a gradient is exact, or as exact as its report says.
     fn compare(&self, description: &Description, moved: &Moved) -> Result<(), TestCaseError> {
-        let Ok(found) = exact::disagreement(description, moved) else {
+        let Ok(Some(found)) = exact::disagreement(description, moved) else {
             self.count(NO_REFERENCE);
             return Ok(());
         };
@@ -242,5 +243,39 @@ fn gradients_and_products_with_located_events_are_exact_and_the_same_from_checkp
     tally.print("random scenes with located events");
     products.print("their products");
     assert!(tally.share(EXACT) >= 0.85, "too few of the events are found");
+    assert!(products.share(EXACT) >= 0.95, "too few of the products can be compared");
+}
+
+#[test]
+fn gradients_and_products_with_impacts_and_open_constraints_are_exact_and_the_same_from_checkpoints() {
+    let (tally, products, kinds) = (Tally::default(), Tally::default(), Tally::default());
+    try_all(2 * cases() / 3, impacts::scene_with_impacts(), |(description, sought)| {
+        let moved = match impacts::run(&description, &sought, |kind| kinds.count(kind)).map_err(TestCaseError::fail)? {
+            Ok(moved) => moved,
+            Err(None) => return Ok(()),
+            Err(Some(error)) => {
+                let is_known = accident(&error) || unsound(&error) || impacts::is_of_events(&error);
+                tally.count_error(&error);
+                return if is_known { Ok(()) } else { Err(TestCaseError::fail(format!("{error:?}"))) };
+            }
+        };
+        crossed::compare_with_checkpoints(&description, &moved).map_err(TestCaseError::fail)?;
+        tally.compare(&description, &moved)?;
+        if description.run.seed % 2 == 0 {
+            return Ok(());
+        }
+        match exact::disagreement_of_products(&description, &moved) {
+            Ok(Some(found)) if found.is_exact() => products.count(EXACT),
+            Ok(Some(found)) if found.is_told() => products.count(TOLD),
+            Ok(Some(found)) => return Err(TestCaseError::fail(format!("{:e}: {}", found.error, found.what))),
+            Ok(None) | Err(_) => products.count(NO_REFERENCE),
+        }
+        Ok(())
+    });
+    tally.print("random scenes with impacts and open constraints");
+    products.print("their products");
+    kinds.print("what happens at their events");
+    // Constraints that close often leave no freedom.
+    assert!(tally.share(EXACT) >= 0.7, "too few of the motions can be compared");
     assert!(products.share(EXACT) >= 0.95, "too few of the products can be compared");
 }

@@ -71,6 +71,7 @@ impl System {
             loop_equations,
             switches: scene.switches,
             gaps: scene.gaps,
+            sides: scene.sides,
             partly_defined,
             names,
             initial,

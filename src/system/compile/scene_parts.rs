@@ -23,6 +23,8 @@ pub(crate) struct Parts {
     /// What happens at events.
     pub(crate) switches: Vec<Switch>,
     pub(crate) gaps: Vec<Gap>,
+    /// Events at which a function becomes zero from one side only: 1 from above, −1 from below.
+    pub(crate) sides: Vec<(usize, f64)>,
     /// Outputs that are only reported; optimisers constrain them only when told to.
     pub(crate) looked_at: Vec<usize>,
     pub(crate) designs: Vec<(String, f64)>,
