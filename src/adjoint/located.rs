@@ -43,8 +43,8 @@ impl Located {
     ) -> Result<Self, Error> {
         let refinement = motion.refinement();
         let mut steps = vec![0.0; motion.nodes() - 1 - motion.trajectory.inserted.len()];
-        let phases = Phases::new(&motion.inputs.events, steps.len());
         (1..motion.nodes()).for_each(|node| steps[refinement.given_step(node) - 1] += motion.length(node));
+        let phases = Phases::new(&motion.inputs.events, &steps);
         let factors = motion.scales.factors.clone();
         let count = rows.len();
         let mut located = Located {

@@ -95,7 +95,7 @@ impl ForwardSweep {
     /// Locates all events of a motion that has begun, up to the last one, and returns the inputs with the steps found. The steps behind the last event
     /// are set, too.
     pub(crate) fn locate(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<Inputs, Error> {
-        let (phases, mut taken) = (Phases::new(&inputs.events, inputs.grid.steps.len()), inputs.clone());
+        let (phases, mut taken) = (Phases::new(&inputs.events, &inputs.grid.steps), inputs.clone());
         let mut scales = Scales::default();
         let end = inputs.grid.steps.iter().sum::<f64>();
         let mut passed = 0.0;

@@ -32,12 +32,13 @@ pub(crate) struct Phases {
 }
 
 impl Phases {
-    /// From the events of a grid with this number of steps.
-    pub(crate) fn new(events: &[Occurrence], last: usize) -> Self {
+    /// From the events of a grid with these steps. Steps of length zero at the end belong to the last event.
+    pub(crate) fn new<R: Real>(events: &[Occurrence], steps: &[R]) -> Self {
         let mut ends: Vec<usize> = events.iter().map(|event| event.node).collect();
         let located = ends.len();
-        if ends.last() != Some(&last) {
-            ends.push(last);
+        match ends.last_mut() {
+            Some(end) if steps.iter().skip(*end).all(|dt| dt.part(0) == 0.0) => *end = steps.len(),
+            _ => ends.push(steps.len()),
         }
         Phases { ends, located }
     }
@@ -115,7 +116,7 @@ pub(crate) fn check_events(inputs: &Inputs, system: &System) -> Result<(), Error
 
 /// Returns an error if all steps of a phase have length zero, so that no factor moves its end.
 fn check_phases(Inputs { grid, events, .. }: &Inputs) -> Result<(), Error> {
-    let phases = Phases::new(events, grid.steps.len());
+    let phases = Phases::new(events, &grid.steps);
     let mut ends = (0..phases.count()).map(|phase| phases.steps(phase));
     let empty = ends.find(|steps| grid.steps[steps.clone()].iter().all(|dt| *dt == 0.0));
     empty.map_or(Ok(()), |steps| {
@@ -133,7 +134,7 @@ fn check_zero_steps(inputs: &Inputs, system: &System, (event, node): (usize, usi
     let name = system.event_name(event);
     if step >= inputs.grid.steps.len() {
         let what = format!("the number of steps behind event `{name}`, at which constraints open or close,");
-        let must_be = "large enough for its steps of length zero and at least one more step";
+        let must_be = "large enough for its steps of length zero";
         return Err(Error::Parameter { what, value: (inputs.grid.steps.len() - node) as f64, must_be });
     }
     let what = format!("the length of step {}, which follows event `{name}`, at which constraints open or close,", step + 1);

@@ -141,6 +141,38 @@ fn tipping_box() -> (System, Inputs) {
 }
 
 #[test]
+fn a_motion_may_end_at_an_impact() -> Result<(), Error> {
+    let system = rods(1, false, Lift::Time);
+    let steps = [vec![0.33 / 16.0; 16], vec![0.0; 2], vec![0.022; 8], vec![0.0]].concat();
+    let mut given = inputs(&system, Grid::new(0.0, steps), [16, 26, 26]);
+    for (events, nodes) in [([0, 1], 27), ([0, 0], 28)] {
+        given.grid.steps.resize(nodes, 0.0);
+        given.controls = given.controls.clone().resize_horizontally(nodes + 1, 0.7);
+        given.events = vec![system.event(events[0]).at(16), system.event(events[1]).at(26)];
+        for settings in [Settings::default(), Settings { scheme: Scheme::ESDIRK3, ..Settings::default() }] {
+            assert_gradient_is_exact_with("to an impact", &system, &given, settings);
+        }
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&given)?;
+        let own = solver.gradient()?.clone();
+        let mut long =
+            LongSolver::new(&system, Settings::default(), 30 * system.bytes_per_node(&Settings::default()) + 20_000);
+        assert!(long.gradient(&given)? == &own, "checkpoints");
+        let (a, b) = (direction(&given, 1), direction(&given, 1001));
+        let product = solver.hessian_product(&a)?.clone();
+        let mut lifted = LiftedSolver::<Hyper>::new(&system, &given, Settings::default())?;
+        let mut moved = given.lift::<Hyper>();
+        for (part, direction) in [(1, &a), (2, &b)] {
+            let mut own = direction.clone();
+            Input::all(&given).iter().for_each(|input| input.of(&mut moved).add_to_part(part, *input.of(&mut own)));
+        }
+        lifted.simulate(&moved)?;
+        near("Hessian", along(&product, &b), lifted.cost()?.part(3), 1e-9);
+    }
+    Ok(())
+}
+
+#[test]
 fn what_sticks_where_it_is_has_exact_gradients() -> Result<(), Error> {
     let (system, inputs) = tipping_box();
     let plain = Settings::default();

@@ -19,7 +19,7 @@ struct Pass<R> {
 impl<R: Real> Lifted<R> {
     /// Computes all nodes after the start for these given inputs, whose events are located in the real motion.
     pub(super) fn step_located(&mut self, near: &mut Near, given: &Inputs<R>, refinement: &Refinement) -> Result<(), Error> {
-        let (phases, mut taken) = (Phases::new(&given.events, given.grid.steps.len()), given.clone());
+        let (phases, mut taken) = (Phases::new(&given.events, &given.grid.steps), given.clone());
         let scales = near.motion.scales.clone();
         let mut left = given.grid.steps.iter().fold(R::zero(), |sum, &dt| sum + dt);
         let (mut first, mut functions) = (1, EventFunctions::default());
@@ -37,8 +37,9 @@ impl<R: Real> Lifted<R> {
                 if !is_located {
                     break;
                 }
-                let at = self.trajectory.at((&self.inputs, &self.design), last);
-                let place = (near.motion.node_of_whole(last), near.motion.trajectory.compliance_from(last));
+                let node = near.motion.trajectory.column_of(given.events[phase].node);
+                let at = self.trajectory.at((&self.inputs, &self.design), node);
+                let place = (near.motion.node_of_whole(node), near.motion.trajectory.compliance_from(node));
                 let g = functions.value(near.system, given.events[phase].event.index(), (&at, place))?;
                 let now = Pass { length, g };
                 let size = self.size(now.g);
