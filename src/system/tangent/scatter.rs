@@ -91,6 +91,7 @@ impl Scatter {
     }
 
     /// Adds the values in `blocks` to K(h).
+    #[inline(always)]
     pub fn add(&self, blocks: &[f64], h: f64, values: &mut [f64]) {
         let factor = self.sign * self.block.in_tangent(h);
         // Skipped rather than multiplied by zero: at h = 0, derivatives of forces do not contribute to K even if they are not finite.
