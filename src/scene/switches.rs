@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::Scene;
 use crate::model::{Action, Event, Gap, Multiplier, Param, Switch};
-use crate::{Cost, CostPoint, Error, Scalar};
+use crate::{Cost, CostPoint, Scalar};
 
 /// λ.
 struct Reaction;
@@ -42,6 +42,8 @@ impl Scene {
 
     /// Makes an event an impact on a constraint equation, with a coefficient of restitution e: dΦ/dt jumps to −e dΦ/dt, by an impulse along Φ_qᵀ, to which
     /// all joints react. Without friction, Poisson's and Newton's hypotheses agree.
+    ///
+    /// An event is an impact on one equation.
     ///
     /// Two steps of length zero must follow the node of the event ([`Inputs::events`](crate::Inputs::events)): at the end of the first, dΦ/dt = 0; at the
     /// end of the second, the velocities are those after the impact. The equation is open before and after, and its σ has changed by the impulse, N s.
@@ -92,10 +94,14 @@ impl Scene {
         self.parts.scene.begin_part();
         self.recipe.note_own(&name);
         for equation in equations.iter().map(Multiplier::index) {
-            let is_here = |known: &Switch| (known.event, known.equation) == (event.index(), equation);
-            if self.parts.switches.iter().any(is_here) {
-                self.report(Error::DuplicateName { kind: "change of an equation at event", name: name.clone() });
-            }
+            let here: Vec<Switch> =
+                self.parts.switches.iter().filter(|known| known.event == event.index()).copied().collect();
+            let is_impact = |action: Action| matches!(action, Action::Impact(_));
+            let is_twice = here.iter().any(|known| known.equation == equation);
+            self.require(!is_twice, &format!("the number of changes of one equation at event `{name}`"), 2.0, "1");
+            // The impulse of a second impact would depend on that of the first.
+            let impacts = here.iter().any(|known| is_impact(known.action)) && is_impact(action);
+            self.require(!impacts, &format!("the number of equations with an impact at event `{name}`"), 2.0, "1");
             self.parts.switches.push(Switch { event: event.index(), equation, action });
         }
     }

@@ -356,6 +356,12 @@ fn what_contacts_cannot_do_is_said() -> Result<(), Error> {
         &scene_of(-0.1).expect_err("a negative restitution"),
         &["restitution at event `floor`", "-0.1", "not negative"],
     );
+    let mut scene = Scene::new();
+    let ball = scene.particle("ball", 1.0, [1.0, 1.0]);
+    let [floor, wall] = [("floor", FRAC_PI_2), ("wall", 0.0)]
+        .map(|(name, normal)| scene.rigid_contact(name, Body::GROUND.at(0.0, 0.0), normal, ball.point()));
+    [floor, wall].iter().for_each(|contact| scene.impact_at(floor.event, contact.equation, 0.5));
+    assert_says(&scene.compile().expect_err("two impacts"), &["equations with an impact at event `floor`", "it must be 1"]);
     let system = scene_of(0.5)?;
     let mut solver = Solver::new(&system, Settings::default());
     let free = Inputs::at_rest(&system, Grid::uniform(10, 0.05));
