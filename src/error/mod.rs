@@ -401,7 +401,7 @@ pub enum Error {
         event: String,
         /// The equation.
         equation: String,
-        /// Its value, m or rad.
+        /// Value of the equation, m or rad.
         violation: f64,
         /// The tolerance.
         tolerance: f64,

@@ -11,18 +11,24 @@ impl ForwardSweep {
     /// Warns of an open contact whose gap is negative at a node, and of a closed one that has pulled in the step before it.
     pub(super) fn watch_contacts(&mut self, system: &System, node: usize, settings: &Settings) {
         let (k, length) = (node - self.motion.first, self.motion.length(node));
-        for gap in system.gaps().filter(|_| length != 0.0) {
+        if length == 0.0 {
+            return;
+        }
+        for gap in system.gaps() {
             let is_open = self.motion.open_into(node).any(|open| open == gap.equation);
-            let value: f64 = system.event_value(gap.event, &self.motion.at(node));
-            let [before, now] = [k - 1, k].map(|k| column(&self.motion.trajectory.sigma, k)[gap.equation]);
-            let is_pulled = (now - before) * length.signum() > ROUNDING * now.abs().max(before.abs());
-            let (contact, time) = (system.event_name(gap.event).to_string(), self.motion.time(node));
-            let warning = match is_open {
-                true if value < -settings.position_tolerance => Warning::Penetrated { contact, time },
-                false if is_pulled => Warning::Pulls { contact, time },
-                _ => continue,
+            let is_wrong = if is_open {
+                system.event_value::<f64>(gap.event, &self.motion.at(node)) < -settings.position_tolerance
+            } else {
+                let [before, now] = [k - 1, k].map(|k| column(&self.motion.trajectory.sigma, k)[gap.equation]);
+                (now - before) * length.signum() > ROUNDING * now.abs().max(before.abs())
             };
-            self.warn_once(warning);
+            if is_wrong {
+                let (contact, time) = (system.event_name(gap.event).to_string(), self.motion.time(node));
+                self.warn_once(match is_open {
+                    true => Warning::Penetrated { contact, time },
+                    false => Warning::Pulls { contact, time },
+                });
+            }
         }
     }
 
@@ -41,7 +47,7 @@ impl ForwardSweep {
 
     /// Returns an error if equations that close at a node are not satisfied there.
     pub(super) fn see_that_they_meet(
-        &mut self,
+        &self,
         system: &System,
         node: usize,
         (event, closing): (usize, &[usize]),

@@ -30,15 +30,15 @@ impl ForwardSweep {
         let mut open: Vec<usize> = open(self.motion.trajectory.compliance_into(node)).collect();
         let (mut restitution, mut closing) = (None, Vec::new());
         for Switch { equation, action, .. } in system.switches_of(due.event) {
-            match action {
-                Action::Open | Action::Impact(_) if due.is_second => open.push(equation),
-                Action::Open => open.push(equation),
-                Action::Close | Action::Hold if due.is_second => {}
-                Action::Hold => open.retain(|&j| j != equation),
-                Action::Close | Action::Impact(_) => closing.push(equation),
-            }
-            if let (Action::Impact(coefficient), true) = (action, due.is_second) {
-                restitution = Some(Restitution { equation, coefficient, before: self.restarting.last_end.node });
+            match (action, due.is_second) {
+                (Action::Open, false) => open.push(equation),
+                (Action::Hold, false) => open.retain(|&j| j != equation),
+                (Action::Close | Action::Impact(_), false) => closing.push(equation),
+                (Action::Impact(coefficient), true) => {
+                    open.push(equation);
+                    restitution = Some(Restitution { equation, coefficient, before: self.restarting.last_end.node });
+                }
+                (_, true) => {}
             }
         }
         self.see_that_they_meet(system, node, (due.event, &closing), settings)?;

@@ -139,7 +139,7 @@ impl ForwardSweep {
             self.watch_turns(system, node);
             self.monitor.lengths.watch_reach(&self.motion, node);
             self.pass_events(system, node, settings)?;
-            if system.has_gaps() {
+            if !system.gaps().is_empty() {
                 self.watch_contacts(system, node, settings);
             }
             self.monitor.watch_drift(system, &self.motion, &self.stepper.newton.linearisation, node, settings);

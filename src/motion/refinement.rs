@@ -11,6 +11,7 @@
 
 use nalgebra::DMatrix;
 
+use super::trajectory::column_of;
 use super::{Occurrence, column_mut};
 use crate::number::Real;
 use crate::system::{Beside, GivenWeights, Occurring, Weights};
@@ -234,8 +235,7 @@ impl<R: Real> Trajectory<R> {
 
 /// The given node behind the steps of length zero that follow a given node.
 fn after(node: usize, steps: &[f64], inserted: &[usize]) -> usize {
-    let before = inserted.iter().enumerate().take_while(|(before, inserted)| **inserted <= node + before).count();
-    node + steps.iter().skip(node + before).take_while(|length| **length == 0.0).count()
+    node + steps.iter().skip(column_of(node, inserted)).take_while(|length| **length == 0.0).count()
 }
 
 #[cfg(test)]

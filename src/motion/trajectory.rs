@@ -89,8 +89,7 @@ impl<R: Real> Trajectory<R> {
     /// # Ok::<(), hamiltonian_adjoint::Error>(())
     /// ```
     pub fn column_of(&self, given_node: usize) -> usize {
-        let is_before = |(before, inserted): &(usize, &usize)| **inserted <= given_node.saturating_add(*before);
-        given_node.saturating_add(self.inserted.iter().enumerate().take_while(is_before).count())
+        column_of(given_node, &self.inserted)
     }
 
     /// Number of values per node.
@@ -251,6 +250,12 @@ impl<R> DerefMut for Trajectory<R> {
     fn deref_mut(&mut self) -> &mut States<R> {
         &mut self.nodes
     }
+}
+
+/// The column of a node of the given grid, with these nodes inserted.
+pub(super) fn column_of(given_node: usize, inserted: &[usize]) -> usize {
+    let is_before = |(before, inserted): &(usize, &usize)| **inserted <= given_node.saturating_add(*before);
+    given_node.saturating_add(inserted.iter().enumerate().take_while(is_before).count())
 }
 
 /// Numbers of rows of the states at stages; the trapezoidal rule has none.

@@ -75,13 +75,12 @@ impl Solver<'_> {
             return Err(Error::EventsInPart);
         }
         let (mut found, mut phases) = (Vec::new(), Inputs { events: Vec::new(), ..inputs.clone() });
-        let end: f64 = inputs.grid.steps.iter().sum();
+        let (end, mut functions) = (inputs.grid.steps.iter().sum(), EventFunctions::default());
         loop {
             // Costs at events are not evaluated yet.
             self.forget();
             self.forward.run(self.system, &phases, &self.settings)?;
             self.correct_times(&mut found);
-            let mut functions = EventFunctions::default();
             if !self.rebounds(&found, &mut functions)? {
                 self.settle(&mut found)?;
                 phases = self.phases(inputs, &found, least);
@@ -238,10 +237,11 @@ impl Solver<'_> {
             let is_behind = |node: usize| located.is_some_and(|located| located <= node);
             let is_zero = |(node, value): &(usize, &mut f64)| is_behind(*node) && value.abs() <= ZERO * most;
             values.iter_mut().enumerate().filter(is_zero).for_each(|(_, value)| *value = 0.0);
+            let side = self.system.side_of(event);
             for node in begin..motion.nodes() - 1 {
                 let [before, after] = [values[node], values[node + 1]];
                 // In a step of length zero a function may jump, but has no zero.
-                let comes_from_side = self.system.side_of(event) * before >= 0.0;
+                let comes_from_side = side * before >= 0.0;
                 let is_zero = before * after < 0.0 || before != 0.0 && after == 0.0;
                 if motion.length(node + 1) != 0.0 && is_zero && comes_from_side {
                     let [from, to] = [node, node + 1].map(|node| motion.time(node));

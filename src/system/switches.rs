@@ -9,15 +9,9 @@ impl System {
         self.sides.iter().find(|(of, _)| *of == event).map_or(0.0, |(_, side)| *side)
     }
 
-    /// True if there are rigid contacts.
-    pub(crate) fn has_gaps(&self) -> bool {
-        !self.gaps.is_empty()
-    }
-
     /// The gaps of rigid contacts whose equations some event changes, but none holds at other values than zero.
-    pub(crate) fn gaps(&self) -> impl Iterator<Item = Gap> + '_ {
-        let is_held = move |gap: &Gap| self.held().any(|held| held == gap.equation);
-        self.gaps.iter().filter(move |gap| self.may_open(gap.equation) && !is_held(gap)).copied()
+    pub(crate) fn gaps(&self) -> &[Gap] {
+        &self.gaps
     }
 
     /// The changes of constraint equations at an event.

@@ -3,13 +3,12 @@
 use hamiltonian_adjoint::check::Input;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Grid, Hyper, Inputs, LiftedSolver, LongSolver, Real, Scalar, Scene, Scheme, Settings, Solver,
-    Start, Sum, System,
+    Cost, CostPoint, Error, Grid, Inputs, LongSolver, Real, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System,
 };
 use nalgebra::SVector;
 
 use crate::common::assert_gradient_is_exact_with;
-use crate::located::{along, direction, near};
+use crate::located::{along, assert_products_are_exact, direction, lifted_along, near};
 
 /// t − b₀.
 struct Past;
@@ -160,13 +159,7 @@ fn a_motion_may_end_at_an_impact() -> Result<(), Error> {
         assert!(long.gradient(&given)? == &own, "checkpoints");
         let (a, b) = (direction(&given, 1), direction(&given, 1001));
         let product = solver.hessian_product(&a)?.clone();
-        let mut lifted = LiftedSolver::<Hyper>::new(&system, &given, Settings::default())?;
-        let mut moved = given.lift::<Hyper>();
-        for (part, direction) in [(1, &a), (2, &b)] {
-            let mut own = direction.clone();
-            Input::all(&given).iter().for_each(|input| input.of(&mut moved).add_to_part(part, *input.of(&mut own)));
-        }
-        lifted.simulate(&moved)?;
+        let lifted = lifted_along(&system, &given, Settings::default(), [&a, &b])?;
         near("Hessian", along(&product, &b), lifted.cost()?.part(3), 1e-9);
     }
     Ok(())
@@ -235,36 +228,7 @@ fn products_and_jacobians_are_those_of_hyper_dual_numbers() -> Result<(), Error>
     for (settings, hinges) in [(Settings::default(), 1), (restarted, 1), (fine, 1), (Settings::default(), 2)] {
         let system = rods(hinges, false, Lift::Time);
         let given = usual(&system);
-        let mut solver = Solver::new(&system, settings);
-        solver.simulate(&given)?;
-        let (a, b) = (direction(&given, 1), direction(&given, 1001));
-        let of_a = solver.hessian_product(&a)?.clone();
-        let mut lifted = LiftedSolver::<Hyper>::new(&system, &given, settings)?;
-        let mut moved = given.lift::<Hyper>();
-        for (part, direction) in [(1, &a), (2, &b)] {
-            let mut own = direction.clone();
-            Input::all(&given).iter().for_each(|input| input.of(&mut moved).add_to_part(part, *input.of(&mut own)));
-        }
-        lifted.simulate(&moved)?;
-        let (cost, outputs) = (lifted.cost()?, lifted.outputs()?);
-        near("Hessian", along(&of_a, &b), cost.part(3), 1e-9);
-        near("slope of the product", of_a.value, cost.part(1), 1e-11);
-        near("gradient", along(solver.gradient()?, &b), cost.part(2), 1e-11);
-        let (jacobian, forward) = (solver.jacobian()?, solver.push_forward(&a)?);
-        for (k, row) in jacobian.iter().enumerate() {
-            near("row of the Jacobian", along(row, &a), outputs[k].part(1), 1e-11);
-            near("column of the Jacobian", forward[k], outputs[k].part(1), 1e-11);
-        }
-        let weights = [0.7, -1.3, 0.4];
-        let weighted = solver.weighted_gradient(0.4, &weights)?.clone();
-        let sum = |part: usize| 0.4 * cost.part(part) + (0..3).map(|k| weights[k] * outputs[k].part(part)).sum::<f64>();
-        near("weighted gradient", along(&weighted, &a), sum(1), 1e-11);
-        near("Hessian of the weighted sum", along(solver.hessian_product(&a)?, &b), sum(3), 1e-9);
-        let bytes = 30 * system.bytes_per_node(&settings);
-        let mut long = LongSolver::new(&system, settings, bytes + 20_000);
-        let (own, solver_gradient) = (long.gradient(&given)?.clone(), solver.gradient()?.clone());
-        assert!(own == solver_gradient, "checkpoints");
-        assert!(long.jacobian(&given)? == jacobian, "the Jacobian with checkpoints");
+        assert_products_are_exact(&system, &given, settings)?;
     }
     Ok(())
 }

@@ -119,6 +119,23 @@ pub fn near(what: &str, own: f64, reference: f64, within: f64) {
     assert!(error < within, "{what}: {own} for {reference}");
 }
 
+/// The motion in hyper-dual numbers along two directions.
+pub fn lifted_along<'s>(
+    system: &'s System,
+    given: &Inputs,
+    settings: Settings,
+    directions: [&Inputs; 2],
+) -> Result<LiftedSolver<'s, Hyper>, Error> {
+    let mut lifted = LiftedSolver::<Hyper>::new(system, given, settings)?;
+    let mut moved = given.lift::<Hyper>();
+    for (part, direction) in (1..).zip(directions) {
+        let mut own = direction.clone();
+        Input::all(given).iter().for_each(|input| input.of(&mut moved).add_to_part(part, *input.of(&mut own)));
+    }
+    lifted.simulate(&moved)?;
+    Ok(lifted)
+}
+
 /// Asserts that products with the Hessian and Jacobians are those of hyper-dual numbers, and that checkpoints give the same bits.
 pub fn assert_products_are_exact(system: &System, given: &Inputs, settings: Settings) -> Result<(), Error> {
     let mut solver = Solver::new(system, settings);
@@ -126,13 +143,7 @@ pub fn assert_products_are_exact(system: &System, given: &Inputs, settings: Sett
     let (a, b) = (direction(given, 1), direction(given, 1001));
     // Before any gradient was computed.
     let of_a = solver.hessian_product(&a)?.clone();
-    let mut lifted = LiftedSolver::<Hyper>::new(system, given, settings)?;
-    let mut moved = given.lift::<Hyper>();
-    for (part, direction) in [(1, &a), (2, &b)] {
-        let mut own = direction.clone();
-        Input::all(given).iter().for_each(|input| input.of(&mut moved).add_to_part(part, *input.of(&mut own)));
-    }
-    lifted.simulate(&moved)?;
+    let lifted = lifted_along(system, given, settings, [&a, &b])?;
     let (cost, outputs) = (lifted.cost()?, lifted.outputs()?);
     near("Hessian", along(&of_a, &b), cost.part(3), 1e-9);
     near("slope of the product", of_a.value, cost.part(1), 1e-11);
@@ -142,9 +153,10 @@ pub fn assert_products_are_exact(system: &System, given: &Inputs, settings: Sett
         near("row of the Jacobian", along(row, &a), outputs[k].part(1), 1e-11);
         near("column of the Jacobian", forward[k], outputs[k].part(1), 1e-11);
     }
-    let weights = [0.7, -1.3];
-    let weighted = solver.weighted_gradient(0.4, &weights)?.clone();
-    let sum = |part: usize| 0.4 * cost.part(part) + weights[0] * outputs[0].part(part) + weights[1] * outputs[1].part(part);
+    let weights = &[0.7, -1.3, 0.4][..system.outputs()];
+    let weighted = solver.weighted_gradient(0.4, weights)?.clone();
+    let of_outputs = |part: usize| weights.iter().zip(&outputs).map(|(weight, x)| weight * x.part(part)).sum::<f64>();
+    let sum = |part: usize| 0.4 * cost.part(part) + of_outputs(part);
     near("weighted gradient", along(&weighted, &a), sum(1), 1e-11);
     near("Hessian of the weighted sum", along(solver.hessian_product(&a)?, &b), sum(3), 1e-9);
     let bytes = 30 * system.bytes_per_node(&settings);

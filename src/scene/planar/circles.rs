@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::geometry::{Link, turned};
-use super::ground::Ends;
+use super::ground::{Ends, of_both};
 use super::joints::{axis, points};
 use super::onset::normal_force;
 use crate::model::element::{ForcePoint, ListCost, ListPoint};
@@ -14,8 +14,8 @@ use crate::{Force, Scalar, Scene};
 /// Rounding of the distance of two centres, relative to the radii and squared, so that centres that coincide have a direction.
 const COINCIDENT: f64 = 1e-20;
 
-/// Contact of a circle of body b with a circle or with a half-plane of body a ([`Scene::circle_contact`], [`Scene::circle_pair_contact`]), or of a point if r_b = 0 ([`Scene::contact`]); `b` = [s_a,
-/// s_b, r_a or normal angle in a, r_b, k, c, μ, v_s, w].
+/// Contact of a circle of body b with a circle or with a half-plane of body a ([`Scene::circle_contact`], [`Scene::circle_pair_contact`]), or of a point
+/// if r_b = 0 ([`Scene::contact`]); `b` = [s_a, s_b, r_a or normal angle in a, r_b, k, c, μ, v_s, w].
 #[derive(Clone, Copy, Debug)]
 pub struct CircleContact {
     /// True for a circle of a, false for a half-plane.
@@ -69,9 +69,7 @@ pub(super) struct Gap(pub(super) bool, pub(super) &'static [usize]);
 
 impl ListCost for Gap {
     fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
-        let mut q = SVector::from([S::zero(); 6]);
-        self.1.iter().zip(at.q).for_each(|(&i, &own)| q[i] = own);
-        touch(self.0, &q, at.b).2
+        touch(self.0, &of_both(self.1, at.q), at.b).2
     }
 }
 

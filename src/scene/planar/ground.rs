@@ -2,10 +2,12 @@
 
 use std::ops::Range;
 
+use nalgebra::SVector;
+
 use crate::model::element::ListCost;
 use crate::model::{Control, Coordinate, Frame, Owner, Param};
 use crate::system::AnyElement;
-use crate::{Error, Scene};
+use crate::{Error, Scalar, Scene};
 
 /// The coordinates of a pair of frames, and their numbers among the six coordinates of two bodies.
 struct Pair {
@@ -29,6 +31,13 @@ impl Pair {
         };
         Some(Pair { q: [frames.0.own_coordinates(), frames.1.own_coordinates()].concat(), there })
     }
+}
+
+/// The six coordinates of two bodies, of which these are there and all others zero.
+pub(super) fn of_both<S: Scalar>(there: &[usize], own: &[S]) -> SVector<S, 6> {
+    let mut q = SVector::from([S::zero(); 6]);
+    there.iter().zip(own).for_each(|(&i, &own)| q[i] = own);
+    q
 }
 
 /// The kinds of frames that an element can connect.

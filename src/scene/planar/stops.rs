@@ -4,7 +4,7 @@ use nalgebra::SVector;
 
 use super::forces::torque;
 use super::geometry::Link;
-use super::ground::Ends;
+use super::ground::{Ends, of_both};
 use super::joints::{axis, points};
 use super::onset::normal_force;
 use crate::model::element::{ForcePoint, ListCost, ListPoint};
@@ -47,8 +47,7 @@ struct Range(&'static [usize]);
 
 impl ListCost for Range {
     fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
-        let mut q = SVector::from([S::zero(); 6]);
-        self.0.iter().zip(at.q).for_each(|(&i, &own)| q[i] = own);
+        let q = of_both(self.0, at.q);
         let (s, [lower, upper]) = match at.b {
             [lower, upper] => (q[5] - q[2], [*lower, *upper]),
             b => (axis(&q, b[4]).dot(&Link::new(&q, b).between), [b[5], b[6]]),

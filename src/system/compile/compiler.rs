@@ -4,7 +4,7 @@ use super::names::Names;
 use super::parameters::Parameters;
 use super::scene_parts::{Parts, Required};
 use super::structure;
-use crate::model::Param;
+use crate::model::{Action, Gap, Param};
 use crate::number::{Fingerprint, take_look};
 use crate::system::compiled::System;
 use crate::system::cost::{CostPrograms, Costs, Terms};
@@ -44,6 +44,11 @@ impl System {
         let blocks: Vec<_> = scene.groups.into_iter().map(|(_, range)| range).collect();
         let partly_defined = elements.iter().filter(|element| element.formula.partly_defined);
         let partly_defined = partly_defined.map(|element| element.place).collect();
+        let is_watched = |gap: &Gap| {
+            let mut changes = scene.switches.iter().filter(|switch| switch.equation == gap.equation).peekable();
+            changes.peek().is_some() && changes.all(|switch| switch.action != Action::Hold)
+        };
+        let gaps = scene.gaps.into_iter().filter(is_watched).collect();
         let may_open: Vec<usize> = scene.switches.iter().map(|switch| switch.equation).collect();
         let analysis = structure::analyse((&elements, &batches), (&blocks, &may_open), (n, m), &at);
         let structure::Analysis { symbolic, sines, loop_equations } = analysis;
@@ -70,7 +75,7 @@ impl System {
             sines,
             loop_equations,
             switches: scene.switches,
-            gaps: scene.gaps,
+            gaps,
             sides: scene.sides,
             partly_defined,
             names,
