@@ -8,15 +8,19 @@
 //!   L = J + Σ μ_j g_j,     dL/dτ_k = M_k − M_{k+1} = 0,     dJ/dx = L_x,     dJ/dΔt_i (given) = s_k (D_i − M_k) + M of the rest
 //! ```
 //!
+//! Controls that are functions of time ([`Timed`]) are u_i(t_i; U, τ), with t_i = Σ Δt and the given times τ. All D contain Σ ∂u_i/∂t_i dJ/du_i; at
+//! the end, dJ/du_i becomes dJ/dU, and dJ/dτ adds to dJ/dΔt (given).
+//!
 //! The derivatives of g_j by τ_k vanish for k > j, so the μ_j follow one after the other, from the last event backwards. Along a direction, the τ̇_k
 //! follow from ġ_k = 0, and products with the Hessian are those of L, with μ̇_j from the derivative of M_k − M_{k+1} = 0.
 
+use nalgebra::DMatrix;
 use num_dual::Dual64;
 
 use crate::adjoint::Gradient;
-use crate::motion::{Motion, Phases};
+use crate::motion::{ByKnots, Motion, Phases, Timed};
 use crate::number::{Real, dot};
-use crate::{Error, Inputs, System, Warning};
+use crate::{Error, Grid, Inputs, System, Warning};
 
 /// The events of a motion with the derivatives of their functions.
 pub(crate) struct Located {
@@ -24,14 +28,15 @@ pub(crate) struct Located {
     /// The lengths of the given steps in the motion, and their factors s.
     steps: Vec<f64>,
     factors: Vec<f64>,
+    timed: Option<Timed>,
     /// The derivatives of the functions of the events, with all steps as inputs.
     rows: Vec<Gradient>,
     /// dg_j/dτ_k in row k and column j.
-    by_time: nalgebra::DMatrix<f64>,
+    by_time: DMatrix<f64>,
     /// A kink that no event locates.
     unlocated: Option<Warning>,
-    /// D of the Lagrangian that was differentiated last.
-    lagrangian: Option<Vec<f64>>,
+    /// D and dL/du of the Lagrangian that was differentiated last.
+    lagrangian: Option<(Vec<f64>, DMatrix<f64>)>,
 }
 
 impl Located {
@@ -51,11 +56,14 @@ impl Located {
             phases,
             steps,
             factors,
+            timed: motion.scales.timed.clone(),
             rows,
-            by_time: nalgebra::DMatrix::zeros(count, count),
+            by_time: DMatrix::zeros(count, count),
             lagrangian: None,
             unlocated,
         };
+        let Located { timed, steps, rows, .. } = &mut located;
+        rows.iter_mut().for_each(|row| add_times(timed, steps, &row.controls, &mut row.steps));
         for j in 0..count {
             let column = located.by_times(&located.steps, &located.rows[j].steps);
             located.by_time.column_mut(j).copy_from_slice(&column);
@@ -98,23 +106,34 @@ impl Located {
     /// Replaces the derivatives of J with all steps as inputs by those with the given steps, whose events are located.
     pub(crate) fn complete(&self, gradient: &mut Gradient) {
         self.add_events(gradient);
-        gradient.steps = self.by_given_steps(&self.steps, &self.factors, &gradient.steps);
+        self.finish(gradient);
     }
 
     /// As [`complete`](Self::complete), for a function whose Hessian is needed. Returns the μ.
     pub(crate) fn complete_lagrangian(&mut self, gradient: &mut Gradient) -> Vec<f64> {
         let mu = self.add_events(gradient);
-        self.lagrangian = Some(gradient.steps.clone());
-        gradient.steps = self.by_given_steps(&self.steps, &self.factors, &gradient.steps);
+        self.lagrangian = Some((gradient.steps.clone(), gradient.controls.clone()));
+        self.finish(gradient);
         mu
     }
 
     /// From the derivatives of J to those of L; returns the μ.
     fn add_events(&self, gradient: &mut Gradient) -> Vec<f64> {
         gradient.warnings.extend(self.unlocated.clone());
+        add_times(&self.timed, &self.steps, &gradient.controls, &mut gradient.steps);
         let mu = self.multipliers(&self.by_times(&self.steps, &gradient.steps));
         mu.iter().zip(&self.rows).for_each(|(mu, row)| gradient.add_multiple(*mu, row));
         mu
+    }
+
+    /// From the derivatives with respect to the steps and controls of the motion to those with respect to the given ones.
+    fn finish(&self, gradient: &mut Gradient) {
+        gradient.steps = self.by_given_steps(&self.steps, &self.factors, &gradient.steps);
+        if let Some(timed) = &self.timed {
+            let ByKnots { values, times } = timed.by_knots(&passed(&self.steps), &gradient.controls);
+            gradient.controls = values;
+            add_sums_behind(&times, &mut gradient.steps);
+        }
     }
 
     /// True after [`complete_lagrangian`](Self::complete_lagrangian), so that products can be completed.
@@ -141,6 +160,8 @@ impl Located {
             let change = factor * self.phases.length(phase, &given.grid.steps) / self.phases.length(phase, &self.steps);
             range.for_each(|i| direction.grid.steps[i] = factor * given.grid.steps[i] - change * self.steps[i]);
         }
+        // Controls at the times of events that do not move.
+        self.write_controls(given, &vec![0.0; self.steps.len()], &mut direction.controls);
         let mut times: Vec<f64> = Vec::with_capacity(self.phases.count());
         for (k, row) in self.rows.iter().enumerate() {
             let earlier: f64 = (0..k).map(|j| self.by_time[(j, k)] * times[j]).sum();
@@ -154,15 +175,28 @@ impl Located {
             let change = (time - before) / self.phases.length(phase, &self.steps);
             self.phases.steps(phase).for_each(|i| direction.grid.steps[i] += change * self.steps[i]);
         }
+        self.write_controls(given, &direction.grid.steps, &mut direction.controls);
         direction
+    }
+
+    /// Writes the changes of controls that are functions of time, with those of their knots and of the steps.
+    fn write_controls(&self, given: &Inputs, steps: &[f64], controls: &mut DMatrix<f64>) {
+        let Some(timed) = &self.timed else { return };
+        let times = passed(&duals(&self.steps, steps));
+        let mut all = controls.map(|change| Dual64::new(0.0, change));
+        timed.along(given).write(&times, 0..times.len(), &mut all);
+        controls.zip_apply(&all, |change, control| *change = control.eps);
     }
 
     /// Completes a product of the Hessian of L with such a direction.
     pub(crate) fn complete_product(&self, product: &mut Gradient, given: &Inputs, direction: &Inputs) {
-        let Some(first) = &self.lagrangian else { return };
-        let duals =
-            |x: &[f64], dot: &[f64]| -> Vec<Dual64> { x.iter().zip(dot).map(|(x, dot)| Dual64::new(*x, *dot)).collect() };
+        let Some((first, by_controls)) = &self.lagrangian else { return };
         let taken = duals(&self.steps, &direction.grid.steps);
+        let (timed, times) = (self.timed.as_ref().map(|timed| timed.along(given)), passed(&taken));
+        let by_controls = |product: &DMatrix<f64>| by_controls.zip_map(product, Dual64::new);
+        if let Some(timed) = &timed {
+            add_sums_behind(&changes(&timed.by_times(&times, &by_controls(&product.controls))), &mut product.steps);
+        }
         let of_given = |phase: usize| {
             let range = self.phases.steps(phase);
             let given = range.clone().map(|i| Dual64::new(self.steps[i] / self.factors[phase], given.grid.steps[i]));
@@ -170,10 +204,44 @@ impl Located {
         };
         let factors: Vec<Dual64> = (0..self.phases.count()).map(of_given).collect();
         let by_times = self.by_times(&taken, &duals(first, &product.steps));
-        let mu = self.multipliers(&by_times.iter().map(|by_time| by_time.eps).collect::<Vec<f64>>());
+        let mu = self.multipliers(&changes(&by_times));
         mu.iter().zip(&self.rows).for_each(|(mu, row)| product.add_multiple(*mu, row));
         let by_given = self.by_given_steps(&taken, &factors, &duals(first, &product.steps));
-        product.steps = by_given.iter().map(|by_step| by_step.eps).collect();
+        product.steps = changes(&by_given);
+        if let Some(timed) = &timed {
+            let by = timed.by_knots(&times, &by_controls(&product.controls));
+            product.controls = by.values.map(|by_value| by_value.eps);
+            add_sums_behind(&changes(&by.times), &mut product.steps);
+        }
+    }
+}
+
+fn duals(x: &[f64], change: &[f64]) -> Vec<Dual64> {
+    x.iter().zip(change).map(|(x, change)| Dual64::new(*x, *change)).collect()
+}
+
+fn changes(x: &[Dual64]) -> Vec<f64> {
+    x.iter().map(|x| x.eps).collect()
+}
+
+/// The times of the nodes since the start.
+fn passed<R: Real>(steps: &[R]) -> Vec<R> {
+    Grid::new(R::zero(), steps.to_vec()).passed()
+}
+
+/// Adds the derivatives with respect to the times of nodes to those with respect to the steps before them.
+fn add_sums_behind(by_times: &[f64], by_steps: &mut [f64]) {
+    let mut sum = 0.0;
+    for (by_step, by_time) in by_steps.iter_mut().zip(&by_times[1..]).rev() {
+        sum += by_time;
+        *by_step += sum;
+    }
+}
+
+/// Adds Σ ∂u_i/∂t_i dJ/du_i to dJ/dΔt.
+fn add_times(timed: &Option<Timed>, steps: &[f64], by_controls: &DMatrix<f64>, by_steps: &mut [f64]) {
+    if let Some(timed) = timed {
+        add_sums_behind(&timed.by_times(&passed(steps), by_controls), by_steps);
     }
 }
 

@@ -50,7 +50,7 @@ pub struct Estimate {
     /// J and its gradient with their estimated errors added: J + (J − J₂)/(2ᵖ − 1), and dJ likewise, with J₂ on every second node. This is Richardson's
     /// extrapolation to the continuous motion, of order 4 for the trapezoidal rule and p + 1 for other schemes, if the number of steps is even.
     /// Derivatives by controls and step lengths have this order along changes that every second node can represent. `None` if the estimate is
-    /// withdrawn, or if kinks lie between nodes.
+    /// withdrawn, or if kinks, or knots of [`Inputs::controls_in_time`], lie between nodes.
     /// The values are those of no single motion: optimisers need [`gradient`](Self::gradient).
     pub corrected: Option<Gradient>,
     /// The error J of the continuous motion − J by the residuals of the steps. J plus this error has order 4, too, if controls are smooth. `None` for

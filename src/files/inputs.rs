@@ -22,6 +22,9 @@ struct File {
     /// Events and their nodes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     events: Vec<(String, usize)>,
+    /// The controls that are functions of time although events move the nodes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    controls_in_time: Vec<String>,
     /// The numbers of the constraint equations that are open at the start; if it is missing, those of the scene.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     open: Option<Vec<usize>>,
@@ -117,6 +120,7 @@ impl Inputs {
             controls: by_controls(system, &self.controls),
             design: Named::new(designs(system), self.design.iter().copied()),
             events: self.events.iter().map(|of| (system.event_name(of.event.index()).to_string(), of.node)).collect(),
+            controls_in_time: self.controls_in_time.iter().map(|of| system.control_name(of.index()).to_string()).collect(),
             open: (self.open != system.open_equations()).then(|| self.open.iter().map(Multiplier::index).collect()),
         };
         serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole file", &error.to_string()))
@@ -162,8 +166,15 @@ impl Inputs {
             Ok(system.event(event).at(*node))
         });
         let events = events.collect::<Result<_, Error>>()?;
+        let in_time = file.controls_in_time.iter().map(|name| {
+            let control = (0..system.k()).find(|&k| system.control_name(k) == name);
+            control
+                .map(|k| system.control(k))
+                .ok_or_else(|| wrong("`controls_in_time`", &format!("the system has no `{name}`")))
+        });
+        let controls_in_time = in_time.collect::<Result<_, Error>>()?;
         let open = file.open.map_or_else(|| Ok(system.open_equations()), |open| equations(system, &open))?;
-        let inputs = Inputs { grid, start, controls, design, events, open };
+        let inputs = Inputs { grid, start, controls, design, events, controls_in_time, open };
         inputs.check(system)?;
         Ok(inputs)
     }

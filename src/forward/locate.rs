@@ -14,7 +14,7 @@ use super::ForwardSweep;
 use super::samples::Samples;
 use crate::accelerations::EventFunctions;
 use crate::error::quoted;
-use crate::motion::{Occurrence, Phases, Scales};
+use crate::motion::{Occurrence, Phases, Scales, Timed};
 use crate::{Error, Inputs, Settings, System, Warning};
 
 /// Largest number of passes through a phase.
@@ -77,6 +77,33 @@ struct Search {
     slow: usize,
 }
 
+/// The given inputs, and those whose steps are tried.
+struct Trial<'a> {
+    given: &'a Inputs,
+    taken: Inputs,
+    phases: Phases,
+    /// The knots of controls that are functions of time.
+    timed: Option<Timed>,
+}
+
+impl<'a> Trial<'a> {
+    fn of(given: &'a Inputs) -> Self {
+        let phases = Phases::new(&given.events, &given.grid.steps);
+        Trial { given, taken: given.clone(), phases, timed: Timed::of(given) }
+    }
+
+    /// Sets the steps of a phase to multiples of the given ones, and the controls at its nodes.
+    fn set_steps(&mut self, phase: usize, scale: f64) {
+        let steps = self.phases.steps(phase);
+        let given = self.given.grid.steps[steps.clone()].iter();
+        self.taken.grid.steps[steps.clone()].iter_mut().zip(given).for_each(|(dt, given)| *dt = given * scale);
+        if let Some(timed) = &self.timed {
+            let nodes = steps.start + 1..steps.end + 1;
+            timed.write(&self.taken.grid.passed(), nodes, &mut self.taken.controls);
+        }
+    }
+}
+
 impl ForwardSweep {
     /// The motion with located events.
     pub(crate) fn run_located(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<(), Error> {
@@ -95,13 +122,12 @@ impl ForwardSweep {
     /// Locates all events of a motion that has begun, up to the last one, and returns the inputs with the steps found. The steps behind the last event
     /// are set, too.
     pub(crate) fn locate(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<Inputs, Error> {
-        let (phases, mut taken) = (Phases::new(&inputs.events, &inputs.grid.steps), inputs.clone());
-        let mut scales = Scales::default();
+        let (mut trial, mut scales) = (Trial::of(inputs), Scales::default());
         let end = inputs.grid.steps.iter().sum::<f64>();
         let mut passed = 0.0;
-        for phase in 0..phases.located {
-            let given = phases.length(phase, &inputs.grid.steps);
-            let is_last = phase + 1 == phases.count();
+        for phase in 0..trial.phases.located {
+            let given = trial.phases.length(phase, &inputs.grid.steps);
+            let is_last = phase + 1 == trial.phases.count();
             let longest = if is_last { LONGEST * given } else { end - passed };
             let (of, samples) = (inputs.events[phase], Samples::default());
             let length = if given / longest < 1.0 { given } else { longest };
@@ -123,39 +149,35 @@ impl ForwardSweep {
             };
             let before = phase.checked_sub(1).map(|before| inputs.events[before].event);
             search.zero = if before.is_none_or(|before| before == of.event) { ZERO } else { SAME_TIME };
-            let slope = self.find(system, (inputs, &mut taken, &phases), &mut search, settings)?;
+            let slope = self.find(system, &mut trial, &mut search, settings)?;
             scales.push(search.length / given, slope);
             scales.warnings.extend(search.warn(system, self.motion.time(self.reached() - 1), slope));
             passed += search.length;
         }
-        if phases.has_rest() {
-            let given = phases.length(phases.located, &inputs.grid.steps);
+        if trial.phases.has_rest() {
+            let rest = trial.phases.located;
+            let given = trial.phases.length(rest, &inputs.grid.steps);
             let scale = (end - passed) / given;
             if scale <= 0.0 || !scale.is_finite() || (end - passed).abs() <= ROUNDING * end.abs() {
                 return Err(self.no_rest(system, inputs, end - passed));
             }
-            self.set_steps((inputs, &mut taken), phases.steps(phases.located), scale);
-            self.motion.retake(self.reached() - 1, &taken);
+            trial.set_steps(rest, scale);
+            self.motion.retake(self.reached() - 1, &trial.taken);
             scales.push(scale, 0.0);
         }
+        scales.timed = trial.timed;
         self.motion.scales = scales;
-        Ok(taken)
+        Ok(trial.taken)
     }
 
     /// Finds the length of a phase, and returns dg/dT.
-    fn find(
-        &mut self,
-        system: &System,
-        (inputs, taken, phases): (&Inputs, &mut Inputs, &Phases),
-        search: &mut Search,
-        settings: &Settings,
-    ) -> Result<f64, Error> {
+    fn find(&mut self, system: &System, trial: &mut Trial, search: &mut Search, settings: &Settings) -> Result<f64, Error> {
         let (begin, found) = (self.save(), self.found());
         let start = self.motion.time(begin.node);
         let mut failure = None;
         for _ in 0..MOST_PASSES {
-            self.set_steps((inputs, taken), phases.steps(search.phase), search.length / search.given);
-            self.rewind(&begin, taken);
+            trial.set_steps(search.phase, search.length / search.given);
+            self.rewind(&begin, &trial.taken);
             self.restore_found(&found);
             if let Err(error) = self.pass_through(system, search, settings) {
                 if matches!(error, Error::Interrupted { .. } | Error::Memory { .. }) {
@@ -170,10 +192,6 @@ impl ForwardSweep {
             }
         }
         Err(failure.unwrap_or_else(|| search.not_located(system, start)))
-    }
-
-    fn set_steps(&mut self, (given, taken): (&Inputs, &mut Inputs), steps: std::ops::Range<usize>, scale: f64) {
-        taken.grid.steps[steps.clone()].iter_mut().zip(&given.grid.steps[steps]).for_each(|(dt, given)| *dt = given * scale);
     }
 
     /// Computes the nodes of a phase, and the function of its event at them.

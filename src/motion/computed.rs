@@ -50,6 +50,7 @@ impl Motion {
             controls: DMatrix::zeros(0, 0),
             design: DVector::zeros(0),
             events: Vec::new(),
+            controls_in_time: Vec::new(),
             open: Vec::new(),
         };
         Motion {

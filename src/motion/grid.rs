@@ -101,11 +101,6 @@ impl Grid {
         let steps = times.windows(2).flat_map(|pair| vec![(pair[1] - pair[0]) / count(pair) as f64; count(pair)]);
         Ok(Grid::new(start, steps.collect()))
     }
-
-    /// Time since the start at each node, s, correct to rounding for any start time.
-    pub(crate) fn passed(&self) -> Vec<f64> {
-        clocks(0.0, &self.steps).map(Clock::time).collect()
-    }
 }
 
 impl<R: Real> Grid<R> {
@@ -131,6 +126,11 @@ impl<R: Real> Grid<R> {
     /// The times of the nodes 0 … N, s, each correct to rounding for any number of steps.
     pub fn times(&self) -> Vec<R> {
         clocks(self.start, &self.steps).map(Clock::time).collect()
+    }
+
+    /// Time since the start at each node, s, correct to rounding for any start time.
+    pub(crate) fn passed(&self) -> Vec<R> {
+        clocks(R::zero(), &self.steps).map(Clock::time).collect()
     }
 
     /// Writes the times of the nodes 0 … N, s.

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::occurrence::{Occurrence, check_events, check_open};
+use super::timed::check_timed;
 use crate::motion::{Grid, column};
 use crate::number::Real;
 use crate::{Control, Coordinate, Error, Multiplier, System, memory};
@@ -159,8 +160,11 @@ pub struct Inputs<R = f64> {
     pub design: DVector<R>,
     /// The events that determine nodes, in the order of their nodes ([`Scene::event`](crate::Scene::event)). The steps of the grid are then guesses:
     /// those before an event are multiplied by a common factor, and those after the last event by one that keeps the end of the motion, unless
-    /// the last node has an event. Controls belong to nodes and move with them.
+    /// the last node has an event. Controls belong to nodes and move with them, except [`controls_in_time`](Self::controls_in_time).
     pub events: Vec<Occurrence>,
+    /// The controls that are functions of time although events move the nodes: lines through their values at the times of the given nodes (of a
+    /// composed grid, at the ends of macro steps), constant after the last one. Without events there is no difference.
+    pub controls_in_time: Vec<Control>,
     /// The constraint equations that are open at the start ([`Scene::open_at`](crate::Scene::open_at)).
     pub open: Vec<Multiplier>,
 }
@@ -204,6 +208,7 @@ impl Inputs {
             controls: DMatrix::zeros(system.k(), grid.nodes()),
             design: system.design_values(),
             events: Vec::new(),
+            controls_in_time: Vec::new(),
             open: system.open_equations(),
             grid,
         }
@@ -235,6 +240,7 @@ impl Inputs {
             controls,
             design: self.design.map(|_| 0.0),
             events: self.events.clone(),
+            controls_in_time: self.controls_in_time.clone(),
             open: self.open.clone(),
         }
     }
@@ -289,6 +295,7 @@ impl Inputs {
         self.controls.copy_from(&other.controls);
         self.design.copy_from(&other.design);
         self.events.clone_from(&other.events);
+        self.controls_in_time.clone_from(&other.controls_in_time);
         self.open.clone_from(&other.open);
     }
 
@@ -301,6 +308,7 @@ impl Inputs {
             controls: self.controls.map(R::from),
             design: self.design.map(R::from),
             events: self.events.clone(),
+            controls_in_time: self.controls_in_time.clone(),
             open: self.open.clone(),
         }
     }
@@ -339,6 +347,7 @@ impl Inputs {
         }
         check_open(self, system)?;
         check_events(self, system)?;
+        check_timed(self, system)?;
         if self.grid.stages == 0 {
             return Err(Error::Parameter { what: "`Grid::stages`".into(), value: 0.0, must_be: "1 or more" });
         }

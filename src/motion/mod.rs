@@ -17,6 +17,7 @@ mod progress;
 mod refinement;
 mod report;
 mod states;
+mod timed;
 mod trajectory;
 
 pub(crate) use assembled::{Assembly, Which, indices};
@@ -39,5 +40,6 @@ pub use progress::{Progress, Task};
 pub(crate) use refinement::Refinement;
 pub use report::Report;
 pub use states::States;
+pub(crate) use timed::{ByKnots, Timed};
 pub(crate) use trajectory::Compliances;
 pub use trajectory::{Compliance, Trajectory};

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::Timed;
 use crate::number::Real;
 use crate::{Error, Event, Grid, Inputs, System, Warning};
 
@@ -69,6 +70,8 @@ impl Phases {
 pub(crate) struct Scales {
     pub(crate) factors: Vec<f64>,
     pub(crate) slopes: Vec<f64>,
+    /// The knots of controls that are functions of time.
+    pub(crate) timed: Option<Timed>,
     /// Warnings of the events.
     pub(crate) warnings: Vec<Warning>,
 }

@@ -252,7 +252,15 @@ mod tests {
         let start = Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) };
         let grid = Grid::new(0.0, vec![1.0, 2.0, 1.0]);
         let controls = DMatrix::from_row_slice(1, 4, &[1.0, 3.0, 7.0, 8.0]);
-        let given = Inputs { grid, start, controls, design: DVector::zeros(0), events: Vec::new(), open: Vec::new() };
+        let given = Inputs {
+            grid,
+            start,
+            controls,
+            design: DVector::zeros(0),
+            events: Vec::new(),
+            controls_in_time: Vec::new(),
+            open: Vec::new(),
+        };
         let taken = refinement.refine(&given);
         assert_eq!(taken.grid.steps, [1.0, 0.5, 0.5, 1.0, 1.0]);
         assert_eq!(taken.controls.as_slice(), [1.0, 3.0, 4.0, 5.0, 7.0, 8.0]);

@@ -32,8 +32,9 @@ struct Stop {
 impl Solver<'_> {
     /// The same inputs on a grid with a phase between every two events: all zeros of the functions of all events
     /// ([`Scene::event`](crate::Scene::event)) along the motion, in their order. The steps of a phase are equal; there are at least `least` of them, and
-    /// they are not longer than the mean of the given ones. Controls remain the same functions of time, and
-    /// steps of length zero remain at their times, after an event at the same time.
+    /// they are not longer than the mean of the given ones. Controls remain the same functions of time ([`Inputs::controls_in_time`]), also when events move
+    /// the nodes, except those that jump in steps of length zero, which belong to the nodes. Steps of length zero remain at their times, after an event at
+    /// the same time.
     ///
     /// An event is found if its function changes its sign between two nodes. The given events are ignored. Where an event opens or closes constraint
     /// equations ([`Scene::impact_at`](crate::Scene::impact_at)), the motion is computed anew from there on, with steps of length zero behind the
@@ -217,7 +218,10 @@ impl Solver<'_> {
             let c = ((time - passed[step - 1]) / steps[step - 1]).clamp(0.0, 1.0);
             inputs.controls_within(step, c, controls.column_mut(node).as_mut_slice());
         }
-        Inputs { grid: Grid::new(inputs.grid.start, lengths), controls, events, ..inputs.clone() }
+        let jumps = |k: usize| (0..lengths.len()).any(|i| lengths[i] == 0.0 && controls[(k, i)] != controls[(k, i + 1)]);
+        let smooth = (0..self.system.k()).filter(|&k| !jumps(k));
+        let controls_in_time = smooth.map(|k| self.system.control(k)).collect();
+        Inputs { grid: Grid::new(inputs.grid.start, lengths), controls, events, controls_in_time, ..inputs.clone() }
     }
 
     /// The changes of sign of the functions of all events behind the last located event, by linear interpolation between nodes.

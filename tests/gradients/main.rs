@@ -18,5 +18,6 @@ mod outputs;
 mod paper;
 mod paper_system;
 mod second_order;
+mod timed;
 mod units;
 mod zero_steps;

@@ -101,7 +101,10 @@ pub fn run(description: &Description, sought: &[Sought]) -> Result<Result<Moved,
         placed.push(Placed { level: Level(weights), event, of: (q.index(), sigma.map(|sigma| sigma.index())) });
     }
     let start = built.scene.compile().and_then(|system| {
-        let inputs = build::inputs(&description.run, &system, &built.inertia)?;
+        let mut inputs = build::inputs(&description.run, &system, &built.inertia)?;
+        // Every other scene has controls that are functions of time.
+        let timed = 0..if sought[0].of[0].is_multiple_of(2) { system.k() } else { 0 };
+        inputs.controls_in_time = timed.map(|k| system.control(k)).collect();
         Ok((system, inputs))
     });
     let (system, mut inputs) = match start {
@@ -124,7 +127,9 @@ pub fn run(description: &Description, sought: &[Sought]) -> Result<Result<Moved,
         Ok(gradient) => gradient.clone(),
         Err(error) => return Ok(Err(Some(error))),
     };
-    if solver.trajectory().inserted.is_empty() {
+    // On a composed grid, knots are at the ends of macro steps only, so that kinks within them move.
+    let keeps_controls = inputs.controls_in_time.is_empty() || inputs.grid.stages == 1;
+    if solver.trajectory().inserted.is_empty() && keeps_controls {
         let found = solver.inputs().clone();
         let q = solver.trajectory().q.clone();
         let again = solver.simulate(&found).map_err(|error| format!("simulated again: {error}"))?;

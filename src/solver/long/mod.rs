@@ -27,7 +27,7 @@ use super::check_weights;
 use crate::adjoint::{AdjointSweep, Gradient, GridPhase, Located};
 use crate::forward::{Checkpoint, ForwardSweep, HISTORY};
 use crate::motion::Events;
-use crate::motion::{Progress, Refinement, Report, Watch};
+use crate::motion::{Progress, Refinement, Report, Timed, Watch};
 use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings, System};
 
@@ -54,6 +54,8 @@ pub struct LongSolver<'s> {
     /// The nodes of the given grid, and whether it has events.
     given: usize,
     has_events: bool,
+    /// The memory of the knots of controls that are functions of time.
+    timed_bytes: usize,
     forward: ForwardSweep,
     /// One sweep for each right-hand side; empty if only the motion is computed.
     sweeps: Vec<AdjointSweep>,
@@ -89,6 +91,7 @@ impl<'s> LongSolver<'s> {
             bytes,
             given: 0,
             has_events: false,
+            timed_bytes: 0,
             forward: ForwardSweep::new(system, settings.scheme),
             sweeps: Vec::new(),
             phase: GridPhase::default(),
@@ -269,6 +272,7 @@ impl<'s> LongSolver<'s> {
         self.settings.check()?;
         inputs.check(self.system)?;
         (self.given, self.has_events) = (inputs.grid.nodes(), !inputs.events.is_empty());
+        self.timed_bytes = Timed::bytes(inputs);
         let tight = self.plan_within(self.bytes, self.given).ok_or_else(|| self.too_little(self.given, 0))?;
         // Room for additional nodes, in case steps are halved, unless it makes the work much larger.
         let roomy = self.plan_within(self.bytes, self.given + (self.given / SPARE).max(SHORTEST));

@@ -46,6 +46,7 @@ impl LongSolver<'_> {
         let columns = (nodes + self.sweeps.len() * self.given) * (1 + self.system.k()) * number;
         // While events are located, the grid that is tried is stored beside the one that is used.
         let columns = columns + if self.has_events { nodes * (1 + self.system.k()) * number } else { 0 };
+        let columns = columns + self.timed_bytes;
         // The nodes and times of the given grid, to find those that kinks lie between.
         let columns =
             columns + if self.sweeps.len() > 1 && (self.follows || self.has_events) { 2 * number * self.given } else { 0 };
