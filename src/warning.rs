@@ -209,6 +209,15 @@ pub enum Warning {
         /// The rate times the length of the steps since the event before, relative to the largest value of the function in these steps.
         share: f64,
     },
+    /// A control that is a function of time ([`Inputs::controls_in_time`](crate::Inputs::controls_in_time)) jumps in a step of length zero.
+    MeanOfJump {
+        /// The control.
+        control: String,
+        /// The step, counted from 1.
+        step: usize,
+        /// The jump.
+        jump: f64,
+    },
     /// Between two nodes before an event, its function seems to become zero and to return, so that the event happens earlier than the grid shows.
     MissedEvent {
         /// The event.
@@ -390,6 +399,11 @@ impl fmt::Display for Warning {
                 "event `{event}` at node {node} (t = {} s) hardly happens: its function crosses zero with {share:.1e} of the rate with which it came; derivatives \
                  of its time are large, and small changes of the inputs may prevent it",
                 seconds(*time)
+            ),
+            Warning::MeanOfJump { control, step, jump } => write!(
+                f,
+                "control `{control}` jumps by {jump:.3e} in step {step}, of length zero, although it is listed in `Inputs::controls_in_time`, where controls do \
+                 not jump: the mean is used; let another control, which is not listed, switch it on or off"
             ),
             Warning::CoarseSteps { coordinate, steps } => write!(
                 f,

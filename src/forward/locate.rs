@@ -14,7 +14,7 @@ use super::ForwardSweep;
 use super::samples::Samples;
 use crate::accelerations::EventFunctions;
 use crate::error::quoted;
-use crate::motion::{Occurrence, Phases, Scales, Timed};
+use crate::motion::{Occurrence, Phases, Scales, Timed, find_jump};
 use crate::{Error, Inputs, Settings, System, Warning};
 
 /// Largest number of passes through a phase.
@@ -123,6 +123,7 @@ impl ForwardSweep {
     /// are set, too.
     pub(crate) fn locate(&mut self, system: &System, inputs: &Inputs, settings: &Settings) -> Result<Inputs, Error> {
         let (mut trial, mut scales) = (Trial::of(inputs), Scales::default());
+        scales.warnings.extend(find_jump(inputs, system));
         let end = inputs.grid.steps.iter().sum::<f64>();
         let mut passed = 0.0;
         for phase in 0..trial.phases.located {

@@ -163,7 +163,8 @@ pub struct Inputs<R = f64> {
     /// the last node has an event. Controls belong to nodes and move with them, except [`controls_in_time`](Self::controls_in_time).
     pub events: Vec<Occurrence>,
     /// The controls that are functions of time although events move the nodes: lines through their values at the times of the given nodes (of a
-    /// composed grid, at the ends of macro steps), constant after the last one. Without events there is no difference.
+    /// composed grid, at the ends of macro steps), constant after the last one. They do not jump: in steps of length zero they have the mean of both values. Without
+    /// events there is no difference.
     pub controls_in_time: Vec<Control>,
     /// The constraint equations that are open at the start ([`Scene::open_at`](crate::Scene::open_at)).
     pub open: Vec<Multiplier>,

@@ -40,6 +40,6 @@ pub use progress::{Progress, Task};
 pub(crate) use refinement::Refinement;
 pub use report::Report;
 pub use states::States;
-pub(crate) use timed::{ByKnots, Timed};
+pub(crate) use timed::{ByKnots, Timed, find_jump};
 pub(crate) use trajectory::Compliances;
 pub use trajectory::{Compliance, Trajectory};

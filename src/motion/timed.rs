@@ -6,7 +6,8 @@
 //!   u = U_k + r (t − τ_k),     r = (U_{k+1} − U_k)/(τ_{k+1} − τ_k)
 //! ```
 //!
-//! It is constant after the last knot. Where a node is at a knot up to rounding, as in a motion whose given steps are right, r is the mean of both
+//! It is constant after the last knot. It does not jump: knots at both ends of a step of length zero have the mean of their values, so that the
+//! derivatives with respect to them are equal. Where a node is at a knot up to rounding, as in a motion whose given steps are right, r is the mean of both
 //! sides: the derivative with respect to t does not depend on rounding, and is right to second order if the knots are those of a smooth function.
 
 use std::ops::Range;
@@ -15,7 +16,7 @@ use nalgebra::DMatrix;
 use num_dual::Dual64;
 
 use crate::number::Real;
-use crate::{Control, Error, Inputs, System};
+use crate::{Error, Inputs, System, Warning};
 
 /// The knots of controls that are functions of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,12 +27,17 @@ pub(crate) struct Timed<R = f64> {
     every: usize,
     /// The times of the given nodes since the start.
     times: Vec<R>,
-    /// The given values of all controls at the given nodes.
+    /// The values of all controls at the given nodes.
     values: DMatrix<R>,
+    /// Knots at the same time, the first and the last of them.
+    twins: Vec<[usize; 2]>,
 }
 
 /// Nodes at a knot up to this fraction of the motion are at this knot.
 const SAME: f64 = 1e-9;
+
+/// A jump is told if it is larger than this fraction of the control.
+const JUMP: f64 = 1e-6;
 
 /// A time t near knot k.
 struct Place<R> {
@@ -64,8 +70,10 @@ impl Timed {
     pub(crate) fn along(&self, direction: &Inputs) -> Timed<Dual64> {
         let times =
             self.times.iter().zip(direction.grid.passed()).map(|(time, change)| Dual64::new(*time, change)).collect();
-        let values = self.values.zip_map(&direction.controls, Dual64::new);
-        Timed { channels: self.channels.clone(), every: self.every, times, values }
+        let mut changes = direction.controls.clone();
+        self.average(&mut changes);
+        let values = self.values.zip_map(&changes, Dual64::new);
+        Timed { channels: self.channels.clone(), every: self.every, times, values, twins: self.twins.clone() }
     }
 }
 
@@ -78,7 +86,33 @@ impl<R: Real> Timed<R> {
         let mut channels: Vec<usize> = given.controls_in_time.iter().map(|control| control.index()).collect();
         channels.sort_unstable();
         channels.dedup();
-        Some(Timed { channels, every: given.grid.stages, times: given.grid.passed(), values: given.controls.clone() })
+        let (every, times) = (given.grid.stages, given.grid.passed());
+        let mut twins: Vec<[usize; 2]> = Vec::new();
+        for knot in (every..times.len()).step_by(every) {
+            if times[knot].part(0) != times[knot - every].part(0) {
+                continue;
+            }
+            match twins.last_mut().filter(|[_, last]| *last == knot - every) {
+                Some([_, last]) => *last = knot,
+                None => twins.push([knot - every, knot]),
+            }
+        }
+        let mut values = given.controls.clone();
+        let timed = Timed { channels, every, times, values: DMatrix::zeros(0, 0), twins };
+        timed.average(&mut values);
+        Some(Timed { values, ..timed })
+    }
+
+    /// Replaces the values of these controls, or derivatives with respect to them, at knots at the same time by their means.
+    fn average<T: Real>(&self, values: &mut DMatrix<T>) {
+        for &[first, last] in &self.twins {
+            let knots = || (first..=last).step_by(self.every);
+            let share = 1.0 / knots().count() as f64;
+            for &channel in &self.channels {
+                let mean = knots().fold(T::zero(), |sum, knot| sum + values[(channel, knot)]) * share;
+                knots().for_each(|knot| values[(channel, knot)] = mean);
+            }
+        }
     }
 
     /// The memory of the knots, in bytes, and of the times of nodes while controls are written.
@@ -127,6 +161,7 @@ impl<R: Real> Timed<R> {
                 }
             }
         }
+        self.average(&mut by.values);
         by
     }
 
@@ -175,27 +210,24 @@ impl<R: Real> Timed<R> {
     }
 }
 
-/// Checks the controls that are functions of time.
-///
-/// # Errors
-/// A control of another scene, or one that jumps in a step of length zero although its nodes move.
+/// Returns an error unless the controls that are functions of time are those of the system.
 pub(crate) fn check_timed(inputs: &Inputs, system: &System) -> Result<(), Error> {
-    let Inputs { grid, controls, events, controls_in_time: timed, .. } = inputs;
-    if timed.iter().any(|control| control.index() >= system.k() || !system.owns(control.0)) {
-        return Err(Error::Foreign { element: "Inputs::controls_in_time".into(), kind: "control" });
+    let mut timed = inputs.controls_in_time.iter();
+    let is_foreign = timed.any(|control| control.index() >= system.k() || !system.owns(control.0));
+    match is_foreign {
+        true => Err(Error::Foreign { element: "Inputs::controls_in_time".into(), kind: "control" }),
+        false => Ok(()),
     }
-    if events.is_empty() {
-        return Ok(());
-    }
-    for step in (0..grid.steps.len()).filter(|&step| grid.steps[step] == 0.0) {
-        let jump = |control: &Control| controls[(control.index(), step + 1)] - controls[(control.index(), step)];
-        if let Some(control) = timed.iter().find(|control| jump(control) != 0.0) {
-            let name = system.control_name(control.index());
-            let what =
-                format!("the jump of control `{name}` of `Inputs::controls_in_time` in step {}, of length zero,", step + 1);
-            let must_be = "0: a jump needs an event at its time, and a control that moves with the nodes";
-            return Err(Error::Parameter { what, value: jump(control), must_be });
-        }
-    }
-    Ok(())
+}
+
+/// A warning if a control that is a function of time jumps in a step of length zero.
+pub(crate) fn find_jump(given: &Inputs, system: &System) -> Option<Warning> {
+    let Inputs { grid, controls, controls_in_time: timed, .. } = given;
+    let jump = |k: usize, step: usize| controls[(k, step + 1)] - controls[(k, step)];
+    let jumps = |k: usize, step: usize| jump(k, step).abs() > JUMP * controls.row(k).amax();
+    let mut zeros = (0..grid.steps.len()).filter(|&step| grid.steps[step] == 0.0);
+    zeros.find_map(|step| {
+        let k = timed.iter().map(|control| control.index()).find(|&k| jumps(k, step))?;
+        Some(Warning::MeanOfJump { control: system.control_name(k).into(), step: step + 1, jump: jump(k, step) })
+    })
 }

@@ -1,0 +1,121 @@
+//! [`Body`]: a rigid body in space, and [`Marker`]: a point of a body with axes.
+
+use super::vectors::{self, Matrix, Vector};
+use crate::model::{Handle, Param};
+
+/// A rigid body in space, or the ground ([`Body::GROUND`]), whose axes are those of the inertial frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Body(pub(super) Option<Handle>);
+
+/// A point of a body with axes x, y and z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Marker {
+    pub(super) body: Body,
+    pub(super) at: Vector,
+    pub(super) axes: Axes,
+}
+
+/// The axes of a marker in the frame of its body.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Axes {
+    /// The columns of this matrix.
+    Rotation(Matrix),
+    /// The z axis has this direction; the others are those of the body after the shortest rotation.
+    Along(Vector),
+    /// The z axis has the first direction; the x axis has that of the second one perpendicular to it.
+    Toward(Vector, Vector),
+}
+
+impl Body {
+    /// The inertial frame.
+    pub const GROUND: Body = Body(None);
+
+    /// The marker at a point of the body's frame, m, with the axes of the body.
+    pub fn at(self, point: [impl Into<Param>; 3]) -> Marker {
+        Marker { body: self, at: point.map(Into::into), axes: Axes::Rotation(vectors::identity()) }
+    }
+
+    /// The marker at the origin of the body's frame, with the axes of the body.
+    pub fn origin(self) -> Marker {
+        self.at([0.0; 3])
+    }
+}
+
+impl Marker {
+    /// The marker with its z axis in a direction of the body's frame; x and y are those of the body after the shortest rotation.
+    #[must_use]
+    pub fn along(self, z: [impl Into<Param>; 3]) -> Self {
+        Marker { axes: Axes::Along(z.map(Into::into)), ..self }
+    }
+
+    /// The marker with its z axis in a direction of the body's frame, and its x axis in the direction of the part of `x` that is perpendicular to it.
+    #[must_use]
+    pub fn along_and_toward(self, z: [impl Into<Param>; 3], x: [impl Into<Param>; 3]) -> Self {
+        Marker { axes: Axes::Toward(z.map(Into::into), x.map(Into::into)), ..self }
+    }
+
+    /// The marker with the axes of the body turned by roll, pitch and yaw, rad: R = R_z(yaw) R_y(pitch) R_x(roll).
+    #[must_use]
+    pub fn turned(self, roll_pitch_yaw: [impl Into<Param>; 3]) -> Self {
+        let [(sr, cr), (sp, cp), (sy, cy)] = roll_pitch_yaw.map(Into::into).map(|angle: Param| (angle.sin(), angle.cos()));
+        let (one, nil) = (Param::from(1.0), Param::from(0.0));
+        let x = [[one, nil, nil], [nil, cr, -sr], [nil, sr, cr]];
+        let y = [[cp, nil, sp], [nil, one, nil], [-sp, nil, cp]];
+        let z = [[cy, -sy, nil], [sy, cy, nil], [nil, nil, one]];
+        Marker { axes: Axes::Rotation(vectors::product(vectors::product(z, y), x)), ..self }
+    }
+
+    /// The body of the marker.
+    pub fn body(self) -> Body {
+        self.body
+    }
+
+    /// All parameters of the marker.
+    pub(super) fn params(&self) -> Vec<Param> {
+        let axes = match self.axes {
+            Axes::Rotation(rotation) => rotation.concat(),
+            Axes::Along(z) => z.to_vec(),
+            Axes::Toward(z, x) => [z, x].concat(),
+        };
+        [self.at.to_vec(), axes].concat()
+    }
+}
+
+impl Axes {
+    /// The directions that must not vanish.
+    pub(super) fn directions(self) -> Vec<Vector> {
+        match self {
+            Axes::Rotation(_) => Vec::new(),
+            Axes::Along(z) => vec![z],
+            Axes::Toward(z, x) => vec![z, vectors::cross(z, x)],
+        }
+    }
+
+    /// The rotation whose columns are the axes. `value` is the present value of a parameter.
+    pub(super) fn rotation(self, value: &dyn Fn(Param) -> f64) -> Matrix {
+        match self {
+            Axes::Rotation(rotation) => rotation,
+            Axes::Along(z) => shortest(vectors::unit(z), value),
+            Axes::Toward(z, x) => {
+                let z = vectors::unit(z);
+                let y = vectors::unit(vectors::cross(z, x));
+                vectors::of_columns(vectors::cross(y, z), y, z)
+            }
+        }
+    }
+}
+
+/// The shortest rotation from the z axis to a unit vector n, R = 1 + [a]ₓ + [a]ₓ²/(1 + n_z) with a = ẑ × n. In the lower half-space, where it becomes
+/// singular at −ẑ, it follows a half turn about x.
+fn shortest(n: Vector, value: &dyn Fn(Param) -> f64) -> Matrix {
+    let is_below = value(n[2]) < 0.0;
+    let [x, y, z] = if is_below { [n[0], -n[1], -n[2]] } else { n };
+    let share = (z + 1.0).recip();
+    let (xx, xy, yy) = (vectors::times(x, x), vectors::times(x, y), vectors::times(y, y));
+    let less = |k: Param| vectors::plus(1.0.into(), -vectors::times(k, share));
+    let first = [less(xx), -vectors::times(xy, share), -x];
+    let second = [-vectors::times(xy, share), less(yy), -y];
+    let columns = [first, second, [x, y, z]];
+    let [a, b, c] = columns.map(|[x, y, z]| if is_below { [x, -y, -z] } else { [x, y, z] });
+    vectors::of_columns(a, b, c)
+}
