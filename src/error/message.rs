@@ -46,6 +46,23 @@ impl fmt::Display for Error {
             Error::NoBody { element } => {
                 write!(f, "`{element}` connects the ground to itself; at least one side must be a body")
             }
+            Error::NoJoint { body } => write!(
+                f,
+                "no joint carries body `{body}`; add a joint whose second marker is on it, or `free` if it moves freely"
+            ),
+            Error::SecondJoint { joint, first, body } => write!(
+                f,
+                "joint `{joint}` carries body `{body}`, which joint `{first}` carries already; let its second marker be on the other body, or close the loop \
+                 by constraints between markers"
+            ),
+            Error::CarriesGround { joint } => {
+                write!(f, "the second marker of joint `{joint}` is on the ground; exchange both markers")
+            }
+            Error::JointsInCircle { body } => write!(
+                f,
+                "the joints that carry body `{body}` form a circle without the ground; let one of these bodies be carried from the ground, and close the \
+                 loop by constraints between markers"
+            ),
             Error::MissingInertia { coordinate } => {
                 write!(f, "coordinate `{coordinate}` has no kinetic energy; add a mass or inertia that moves with it (a value of 0.0 is enough if constraints determine this coordinate)")
             }

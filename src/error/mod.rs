@@ -44,6 +44,30 @@ pub enum Error {
         /// The element.
         element: String,
     },
+    /// No joint carries a body in space.
+    NoJoint {
+        /// The body.
+        body: String,
+    },
+    /// Two joints carry the same body.
+    SecondJoint {
+        /// The joint that was added later.
+        joint: String,
+        /// The joint that was added first.
+        first: String,
+        /// The body.
+        body: String,
+    },
+    /// A joint carries the ground.
+    CarriesGround {
+        /// The joint.
+        joint: String,
+    },
+    /// Joints carry bodies in a circle, of which none is connected to the ground.
+    JointsInCircle {
+        /// One of the bodies.
+        body: String,
+    },
     /// A coordinate has no kinetic energy.
     MissingInertia {
         /// The coordinate.

@@ -265,6 +265,17 @@ impl Param {
         }
     }
 
+    /// The value for these design variables and values of the nodes of the scene's expressions, before the scene is compiled.
+    pub(crate) fn present_value(&self, designs: &[f64], expressions: &[f64]) -> f64 {
+        let of = match self.of {
+            Source::One => 1.0,
+            Source::Design(design) => designs[design.index()],
+            Source::Expression(expression) => expressions[expression.node.index()],
+            Source::Gravity(_) | Source::Value(_) | Source::Foreign => f64::NAN,
+        };
+        self.factor * of
+    }
+
     /// For each parameter, true if it is not a constant.
     pub(crate) fn which_are_bound(all: &[Param]) -> Vec<bool> {
         all.iter().map(|param| param.constant().is_none()).collect()

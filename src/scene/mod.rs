@@ -10,6 +10,7 @@ mod named;
 pub mod planar;
 pub(crate) mod ready;
 pub mod scenes;
+pub mod spatial;
 mod switches;
 
 use std::any::TypeId;
@@ -67,6 +68,7 @@ pub struct Scene {
     elements: Vec<String>,
     costs_named: Vec<String>,
     recipe: Recipe,
+    space: spatial::Bodies,
     /// The first error found, returned by `compile`.
     problem: Option<Error>,
 }
@@ -261,6 +263,7 @@ impl Scene {
         if let Some(problem) = self.problem.take() {
             return Err(problem);
         }
+        self.add_trees()?;
         self.check_names()?;
         System::compile(self.parts, without_programs)
     }

@@ -1,0 +1,103 @@
+//! [`Inertia`]: mass, centre of mass and inertia tensor of a body in space.
+
+use super::vectors::{self, Matrix, Vector};
+use crate::model::Param;
+
+/// Mass, centre of mass and inertia tensor of a body. Each of the ten numbers may be a design variable or an expression.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia {
+    pub(super) mass: Param,
+    pub(super) centre: Vector,
+    /// J_xx, J_yy, J_zz, J_xy, J_xz, J_yz about the centre of mass, in the axes of the body.
+    pub(super) tensor: [Param; 6],
+}
+
+impl Inertia {
+    /// From the mass, kg, and the entries J_xx, J_yy, J_zz, J_xy, J_xz, J_yz of the inertia tensor about the centre of mass, kg m², in the axes of the
+    /// body, with J_xy = −∫ x y dm. The centre of mass is the origin of the body's frame ([`centred_at`](Self::centred_at)).
+    pub fn new(mass: impl Into<Param>, tensor: [impl Into<Param>; 6]) -> Self {
+        Inertia { mass: mass.into(), centre: vectors::zero(), tensor: tensor.map(Into::into) }
+    }
+
+    /// From the mass, kg, and the moments of inertia about the axes of the body through the centre of mass, kg m², which are principal axes.
+    pub fn principal(mass: impl Into<Param>, moments: [impl Into<Param>; 3]) -> Self {
+        let [xx, yy, zz] = moments.map(Into::into);
+        let zero = Param::from(0.0);
+        Inertia::new(mass, [xx, yy, zz, zero, zero, zero])
+    }
+
+    /// A mass, kg, at the origin of the body's frame.
+    pub fn point(mass: impl Into<Param>) -> Self {
+        Inertia::new(mass, [0.0; 6])
+    }
+
+    /// A homogeneous cuboid with mass, kg, and lengths of its edges along x, y and z, m, about the origin of the body's frame.
+    pub fn cuboid(mass: impl Into<Param>, edges: [impl Into<Param>; 3]) -> Self {
+        let mass = mass.into();
+        let [xx, yy, zz] = edges.map(Into::into).map(|edge: Param| vectors::times(edge, edge));
+        let moment = |a, b| vectors::times(mass, vectors::plus(a, b)) * (1.0 / 12.0);
+        Inertia::principal(mass, [moment(yy, zz), moment(xx, zz), moment(xx, yy)])
+    }
+
+    /// A homogeneous sphere with mass, kg, and radius, m, about the origin of the body's frame.
+    pub fn sphere(mass: impl Into<Param>, radius: impl Into<Param>) -> Self {
+        let (mass, radius) = (mass.into(), radius.into());
+        let moment = mass * radius * radius * 0.4;
+        Inertia::principal(mass, [moment; 3])
+    }
+
+    /// A body without mass.
+    pub fn none() -> Self {
+        Inertia::point(0.0)
+    }
+
+    /// The same inertia with the centre of mass at a point of the body's frame, m.
+    #[must_use]
+    pub fn centred_at(self, centre: [impl Into<Param>; 3]) -> Self {
+        Inertia { centre: centre.map(Into::into), ..self }
+    }
+
+    pub(super) fn params(&self) -> Vec<Param> {
+        [&[self.mass], &self.centre[..], &self.tensor].concat()
+    }
+}
+
+/// m, m c and the tensor J about the origin of a frame: sums for bodies that do not move relative to each other.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moments {
+    pub(super) mass: Param,
+    pub(super) first: Vector,
+    /// J_xx, J_yy, J_zz, J_xy, J_xz, J_yz.
+    pub(super) second: [Param; 6],
+}
+
+/// The entries of a symmetric matrix in the order of their storage.
+const ENTRIES: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
+
+impl Moments {
+    pub(super) fn none() -> Self {
+        Moments { mass: 0.0.into(), first: vectors::zero(), second: [0.0.into(); 6] }
+    }
+
+    /// Of a body whose frame has this rotation and origin.
+    pub(super) fn of(inertia: &Inertia, turn: Matrix, origin: Vector) -> Self {
+        let [xx, yy, zz, xy, xz, yz] = inertia.tensor;
+        let tensor = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
+        let turned = turn.map(|row| vectors::apply(tensor, row));
+        let centre = vectors::add(vectors::apply(turn, inertia.centre), origin);
+        let square = vectors::dot(centre, centre);
+        let second = ENTRIES.map(|[i, j]| {
+            let own = vectors::dot(turned[i], turn[j]);
+            let diagonal = if i == j { square } else { 0.0.into() };
+            let steiner = vectors::plus(diagonal, -vectors::times(centre[i], centre[j]));
+            vectors::plus(own, vectors::times(inertia.mass, steiner))
+        });
+        Moments { mass: inertia.mass, first: vectors::scaled(centre, inertia.mass), second }
+    }
+
+    pub(super) fn add(&mut self, other: &Moments) {
+        self.mass = vectors::plus(self.mass, other.mass);
+        self.first = vectors::add(self.first, other.first);
+        self.second = std::array::from_fn(|i| vectors::plus(self.second[i], other.second[i]));
+    }
+}

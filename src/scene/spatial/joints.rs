@@ -1,0 +1,197 @@
+//! The joints of space. Where all coordinates of a joint are zero, the axes of its two markers coincide.
+
+use super::formula::Motion;
+use super::marker::Marker;
+use super::parts::{Following, Joint};
+use super::{Body, Spatial};
+use crate::Error;
+use crate::model::{Coordinate, Param};
+
+/// A joint with one angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Revolute {
+    /// The rotation of b relative to a about their common z axis, rad.
+    pub angle: Coordinate,
+}
+
+/// A joint with one displacement.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prismatic {
+    /// The displacement of b relative to a along their common z axis, m.
+    pub offset: Coordinate,
+}
+
+/// A joint with two angles.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Universal {
+    /// The rotation about the x axis of a, then about the y axis of b, rad.
+    pub angles: [Coordinate; 2],
+}
+
+/// A joint with one displacement and one angle about the same axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cylindrical {
+    /// The displacement of b relative to a along their common z axis, m.
+    pub offset: Coordinate,
+    /// The rotation of b relative to a about their common z axis, rad.
+    pub angle: Coordinate,
+}
+
+/// A joint in whose plane a body moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlanarJoint {
+    /// The displacement of b relative to a along the x and y axes of a, m.
+    pub offsets: [Coordinate; 2],
+    /// The rotation of b relative to a about their common z axis, rad.
+    pub angle: Coordinate,
+}
+
+/// A joint with all rotations.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ball {
+    /// The Euler parameters e of the rotation of b relative to a, with |e| = 1.
+    pub orientation: [Coordinate; 4],
+}
+
+/// The motion of a body that no joint holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Free {
+    /// The displacement of b relative to a along the axes of a, m.
+    pub position: [Coordinate; 3],
+    /// The Euler parameters e of the rotation of b relative to a, with |e| = 1.
+    pub orientation: [Coordinate; 4],
+}
+
+/// |e|² − 1 = 0, halved so that its derivative is e.
+struct Unit;
+
+impl crate::Constraint<4, 1> for Unit {
+    fn phi<S: crate::Scalar>(
+        &self,
+        e: &nalgebra::SVector<S, 4>,
+        _b: &nalgebra::SVector<S, 0>,
+        _t: S,
+    ) -> nalgebra::SVector<S, 1> {
+        nalgebra::SVector::from_element((e.dot(e) - 1.0) * 0.5)
+    }
+}
+
+/// The axes x, y and z.
+const X: usize = 0;
+const Y: usize = 1;
+const Z: usize = 2;
+
+impl Spatial<'_> {
+    /// Adds a hinge: b turns relative to a about their common z axis.
+    pub fn revolute(&mut self, name: &str, a: Marker, b: Marker) -> Revolute {
+        let [angle] = self.scene.coordinates(name, ["angle"]);
+        self.join(name, a, b, vec![Motion::Turn(Z, Following::of(angle))]);
+        Revolute { angle }
+    }
+
+    /// Adds a slider: b moves relative to a along their common z axis.
+    pub fn prismatic(&mut self, name: &str, a: Marker, b: Marker) -> Prismatic {
+        let [offset] = self.scene.coordinates(name, ["offset"]);
+        self.join(name, a, b, vec![Motion::Slide(Z, Following::of(offset))]);
+        Prismatic { offset }
+    }
+
+    /// Adds a hinge whose angle is a factor times another coordinate plus an offset, rad, for example of a gear.
+    pub fn dependent_revolute(
+        &mut self,
+        name: &str,
+        a: Marker,
+        b: Marker,
+        of: Coordinate,
+        [factor, offset]: [impl Into<Param>; 2],
+    ) {
+        let motion = Motion::Turn(Z, self.following(name, of, [factor.into(), offset.into()]));
+        self.join(name, a, b, vec![motion]);
+    }
+
+    /// Adds a slider whose displacement is a factor times another coordinate plus an offset, m, for example of a rack.
+    pub fn dependent_prismatic(
+        &mut self,
+        name: &str,
+        a: Marker,
+        b: Marker,
+        of: Coordinate,
+        [factor, offset]: [impl Into<Param>; 2],
+    ) {
+        let motion = Motion::Slide(Z, self.following(name, of, [factor.into(), offset.into()]));
+        self.join(name, a, b, vec![motion]);
+    }
+
+    /// Adds a universal joint: b turns relative to a about the x axis of a, then about its own y axis.
+    pub fn universal(&mut self, name: &str, a: Marker, b: Marker) -> Universal {
+        let angles = self.scene.coordinates(name, ["first angle", "second angle"]);
+        let [first, second] = angles.map(Following::of);
+        self.join(name, a, b, vec![Motion::Turn(X, first), Motion::Turn(Y, second)]);
+        Universal { angles }
+    }
+
+    /// Adds a cylindrical joint: b moves along and turns about the common z axis.
+    pub fn cylindrical(&mut self, name: &str, a: Marker, b: Marker) -> Cylindrical {
+        let [offset, angle] = self.scene.coordinates(name, ["offset", "angle"]);
+        self.join(name, a, b, vec![Motion::Slide(Z, Following::of(offset)), Motion::Turn(Z, Following::of(angle))]);
+        Cylindrical { offset, angle }
+    }
+
+    /// Adds a planar joint: b moves in the x–y plane of a and turns about its z axis.
+    pub fn planar(&mut self, name: &str, a: Marker, b: Marker) -> PlanarJoint {
+        let [x, y, angle] = self.scene.coordinates(name, ["x", "y", "angle"]);
+        let slides = [(X, x), (Y, y)].map(|(axis, offset)| Motion::Slide(axis, Following::of(offset)));
+        self.join(name, a, b, [&slides[..], &[Motion::Turn(Z, Following::of(angle))]].concat());
+        PlanarJoint { offsets: [x, y], angle }
+    }
+
+    /// Fixes b to a.
+    pub fn fixed(&mut self, name: &str, a: Marker, b: Marker) {
+        self.join(name, a, b, Vec::new());
+    }
+
+    /// Adds a ball joint. Its orientation has four coordinates, the Euler parameters e, and one constraint, (|e|² − 1)/2 = 0.
+    pub fn ball(&mut self, name: &str, a: Marker, b: Marker) -> Ball {
+        let orientation = self.scene.coordinates(name, ["e0", "e1", "e2", "e3"]);
+        self.turn_freely(name, orientation);
+        self.join(name, a, b, vec![Motion::Ball(orientation.map(Following::of))]);
+        Ball { orientation }
+    }
+
+    /// Lets b move freely relative to a.
+    pub fn free(&mut self, name: &str, a: Marker, b: Marker) -> Free {
+        let [x, y, z, e @ ..] = self.scene.coordinates(name, ["x", "y", "z", "e0", "e1", "e2", "e3"]);
+        self.turn_freely(name, e);
+        let slides = [(X, x), (Y, y), (Z, z)].map(|(axis, offset)| Motion::Slide(axis, Following::of(offset)));
+        self.join(name, a, b, [&slides[..], &[Motion::Ball(e.map(Following::of))]].concat());
+        Free { position: [x, y, z], orientation: e }
+    }
+
+    fn turn_freely(&mut self, name: &str, e: [Coordinate; 4]) {
+        self.scene.place(e[0], 1.0);
+        self.scene.constraint(name, Unit, e, []);
+    }
+
+    fn following(&mut self, name: &str, coordinate: Coordinate, [factor, offset]: [Param; 2]) -> Following {
+        self.scene.check(name, "coordinate", [coordinate.0]);
+        self.scene.check_params(name, &[factor, offset]);
+        Following { coordinate, factor, offset }
+    }
+
+    /// Lets a joint carry the body of b.
+    fn join(&mut self, name: &str, a: Marker, b: Marker, motions: Vec<Motion<Following>>) {
+        let scene = &mut *self.scene;
+        let bodies = [a, b].map(Marker::body);
+        let handles = bodies.into_iter().filter_map(|body| body.0);
+        if !scene.check(name, "body", handles) || ![a, b].iter().all(|marker| scene.check_params(name, &marker.params())) {
+            return;
+        }
+        let Body(Some(inner)) = bodies[1] else { return scene.report(Error::CarriesGround { joint: name.into() }) };
+        let body = &mut scene.space.all[inner.index];
+        if let Some(first) = &body.joint {
+            let (joint, first, body) = (name.into(), first.name.clone(), body.name.clone());
+            return scene.report(Error::SecondJoint { joint, first, body });
+        }
+        body.joint = Some(Joint { name: name.into(), a, b, motions });
+    }
+}

@@ -1,0 +1,68 @@
+//! Rigid bodies in space and the joints between them.
+//!
+//! A joint carries a body: it connects a [`Marker`] of an outer body, or of the ground, to a marker of the body that it carries, and has the
+//! coordinates of their relative motion. Joints and bodies form trees, whose coordinates need no constraints. Every body needs exactly one joint that
+//! carries it.
+//!
+//! ```
+//! use hamiltonian_adjoint::spatial::{Body, Inertia};
+//! use hamiltonian_adjoint::Scene;
+//!
+//! let mut scene = Scene::new();
+//! let mut space = scene.spatial();
+//! space.gravity([0.0, 0.0, -9.81]);
+//! let rod = space.body("rod", Inertia::cuboid(1.2, [0.05, 0.05, 1.0]));
+//! let hinge = space.revolute("hinge", Body::GROUND.at([0.0; 3]).along([0.0, 1.0, 0.0]), rod.at([0.0, 0.0, 0.5]).along([0.0, 1.0, 0.0]));
+//! scene.place(hinge.angle, 0.3);
+//! let system = scene.compile()?;
+//! assert_eq!((system.n(), system.m()), (1, 0));
+//! # Ok::<(), hamiltonian_adjoint::Error>(())
+//! ```
+
+mod assemble;
+mod formula;
+mod inertia;
+mod joints;
+mod marker;
+mod parts;
+mod tree;
+mod vectors;
+
+pub use inertia::Inertia;
+pub use joints::{Ball, Cylindrical, Free, PlanarJoint, Prismatic, Revolute, Universal};
+pub use marker::{Body, Marker};
+pub(super) use parts::Bodies;
+
+use super::Scene;
+use crate::model::Param;
+
+/// The part of a scene that is in space ([`Scene::spatial`]).
+#[derive(Debug)]
+pub struct Spatial<'a> {
+    scene: &'a mut Scene,
+}
+
+impl Scene {
+    /// Access to rigid bodies in space and their joints.
+    pub fn spatial(&mut self) -> Spatial<'_> {
+        Spatial { scene: self }
+    }
+}
+
+impl Spatial<'_> {
+    /// Adds a rigid body. A joint must carry it.
+    pub fn body(&mut self, name: &str, inertia: Inertia) -> Body {
+        let scene = &mut *self.scene;
+        scene.recipe.note_own(name);
+        scene.check_params(name, &inertia.params());
+        scene.require_nonnegative(inertia.mass, format!("the mass of `{name}`"));
+        scene.parts.scene.begin_part();
+        scene.space.all.push(parts::BodyPart { name: name.into(), inertia, joint: None });
+        Body(Some(scene.parts.scene.handle(scene.space.all.len() - 1)))
+    }
+
+    /// Sets the acceleration of gravity of all bodies, m/s², including those in the plane, of which x and y act. The default is zero.
+    pub fn gravity(&mut self, acceleration: [impl Into<Param>; 3]) {
+        self.scene.set_gravity(acceleration.map(Into::into));
+    }
+}

@@ -1,0 +1,6 @@
+//! Rigid bodies in space: trees in the coordinates of their joints.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod trees;
