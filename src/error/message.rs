@@ -58,10 +58,9 @@ impl fmt::Display for Error {
             Error::CarriesGround { joint } => {
                 write!(f, "the second marker of joint `{joint}` is on the ground; exchange both markers")
             }
-            Error::JointsInCircle { body } => write!(
+            Error::NotCarried { part, body } => write!(
                 f,
-                "the joints that carry body `{body}` form a circle without the ground; let one of these bodies be carried from the ground, and close the \
-                 loop by constraints between markers"
+                "`{part}` is attached to body `{body}`, which no joint carries yet; add joints from the ground outwards, and other parts after them"
             ),
             Error::MissingInertia { coordinate } => {
                 write!(f, "coordinate `{coordinate}` has no kinetic energy; add a mass or inertia that moves with it (a value of 0.0 is enough if constraints determine this coordinate)")

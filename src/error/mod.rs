@@ -63,9 +63,11 @@ pub enum Error {
         /// The joint.
         joint: String,
     },
-    /// Joints carry bodies in a circle, of which none is connected to the ground.
-    JointsInCircle {
-        /// One of the bodies.
+    /// A part is attached to a body in space that no joint carries yet.
+    NotCarried {
+        /// The part.
+        part: String,
+        /// The body.
         body: String,
     },
     /// A coordinate has no kinetic energy.

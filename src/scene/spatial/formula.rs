@@ -175,6 +175,18 @@ impl Motion<Follows> {
     }
 }
 
+impl Motion<Follows> {
+    /// The rates of change of the motion's own rates, in the inner frame: with E the matrix for which ω = 2 E ė/|e|², ω̇ = 2 E ë/|e|² − 2 ω e·ė/|e|².
+    pub(super) fn accelerations<S: Scalar>(&self, q: &[S], v: &[S], v_dot: &[S], b: &[S]) -> (Vector<S>, Vector<S>) {
+        let (turns, slides) = self.rates(q, v_dot, b);
+        let Motion::Ball(e) = self else { return (turns, slides) };
+        let [place, rate] = [e.each_ref().map(|e| e.place(q, b)), e.each_ref().map(|e| e.rate(v, b))];
+        let sum = |x: &[S; 4], y: &[S; 4]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2] + x[3] * y[3];
+        let longer = sum(&place, &rate) * 2.0 / sum(&place, &place);
+        (minus(turns, scaled(self.rates(q, v, b).0, longer)), slides)
+    }
+}
+
 impl<S: Scalar> Moved<S> {
     /// From the outer frame to the inner one.
     pub(super) fn inward(&self, x: Vector<S>) -> Vector<S> {

@@ -1,5 +1,6 @@
 //! [`Inertia`]: mass, centre of mass and inertia tensor of a body in space.
 
+use super::components::Components;
 use super::vectors::{self, Matrix, Vector};
 use crate::model::Param;
 
@@ -15,13 +16,13 @@ pub struct Inertia {
 impl Inertia {
     /// From the mass, kg, and the entries J_xx, J_yy, J_zz, J_xy, J_xz, J_yz of the inertia tensor about the centre of mass, kg m², in the axes of the
     /// body, with J_xy = −∫ x y dm. The centre of mass is the origin of the body's frame ([`centred_at`](Self::centred_at)).
-    pub fn new(mass: impl Into<Param>, tensor: [impl Into<Param>; 6]) -> Self {
-        Inertia { mass: mass.into(), centre: vectors::zero(), tensor: tensor.map(Into::into) }
+    pub fn new(mass: impl Into<Param>, tensor: impl Components<6>) -> Self {
+        Inertia { mass: mass.into(), centre: vectors::zero(), tensor: tensor.params() }
     }
 
     /// From the mass, kg, and the moments of inertia about the axes of the body through the centre of mass, kg m², which are principal axes.
-    pub fn principal(mass: impl Into<Param>, moments: [impl Into<Param>; 3]) -> Self {
-        let [xx, yy, zz] = moments.map(Into::into);
+    pub fn principal(mass: impl Into<Param>, moments: impl Components<3>) -> Self {
+        let [xx, yy, zz] = moments.params();
         let zero = Param::from(0.0);
         Inertia::new(mass, [xx, yy, zz, zero, zero, zero])
     }
@@ -32,9 +33,9 @@ impl Inertia {
     }
 
     /// A homogeneous cuboid with mass, kg, and lengths of its edges along x, y and z, m, about the origin of the body's frame.
-    pub fn cuboid(mass: impl Into<Param>, edges: [impl Into<Param>; 3]) -> Self {
+    pub fn cuboid(mass: impl Into<Param>, edges: impl Components<3>) -> Self {
         let mass = mass.into();
-        let [xx, yy, zz] = edges.map(Into::into).map(|edge: Param| vectors::times(edge, edge));
+        let [xx, yy, zz] = edges.params().map(|edge| vectors::times(edge, edge));
         let moment = |a, b| vectors::times(mass, vectors::plus(a, b)) * (1.0 / 12.0);
         Inertia::principal(mass, [moment(yy, zz), moment(xx, zz), moment(xx, yy)])
     }
@@ -53,8 +54,8 @@ impl Inertia {
 
     /// The same inertia with the centre of mass at a point of the body's frame, m.
     #[must_use]
-    pub fn centred_at(self, centre: [impl Into<Param>; 3]) -> Self {
-        Inertia { centre: centre.map(Into::into), ..self }
+    pub fn centred_at(self, centre: impl Components<3>) -> Self {
+        Inertia { centre: centre.params(), ..self }
     }
 
     pub(super) fn params(&self) -> Vec<Param> {

@@ -1,11 +1,14 @@
 //! The joints of space. Where all coordinates of a joint are zero, the axes of its two markers coincide.
 
+use super::components::Components;
 use super::formula::Motion;
 use super::marker::Marker;
-use super::parts::{Following, Joint};
+use super::parts::{BodyPart, Carried, Following};
+use super::vectors::{self, Matrix, Vector};
 use super::{Body, Spatial};
 use crate::Error;
 use crate::model::{Coordinate, Param};
+use crate::scene::Scene;
 
 /// A joint with one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,29 +99,15 @@ impl Spatial<'_> {
         Prismatic { offset }
     }
 
-    /// Adds a hinge whose angle is a factor times another coordinate plus an offset, rad, for example of a gear.
-    pub fn dependent_revolute(
-        &mut self,
-        name: &str,
-        a: Marker,
-        b: Marker,
-        of: Coordinate,
-        [factor, offset]: [impl Into<Param>; 2],
-    ) {
-        let motion = Motion::Turn(Z, self.following(name, of, [factor.into(), offset.into()]));
+    /// Adds a hinge whose angle is a factor times another coordinate plus an offset, rad, for example of a gear; `numbers` are factor and offset.
+    pub fn dependent_revolute(&mut self, name: &str, a: Marker, b: Marker, of: Coordinate, numbers: impl Components<2>) {
+        let motion = Motion::Turn(Z, self.following(name, of, numbers.params()));
         self.join(name, a, b, vec![motion]);
     }
 
-    /// Adds a slider whose displacement is a factor times another coordinate plus an offset, m, for example of a rack.
-    pub fn dependent_prismatic(
-        &mut self,
-        name: &str,
-        a: Marker,
-        b: Marker,
-        of: Coordinate,
-        [factor, offset]: [impl Into<Param>; 2],
-    ) {
-        let motion = Motion::Slide(Z, self.following(name, of, [factor.into(), offset.into()]));
+    /// Adds a slider whose displacement is a factor times another coordinate plus an offset, m, for example of a rack; `numbers` are factor and offset.
+    pub fn dependent_prismatic(&mut self, name: &str, a: Marker, b: Marker, of: Coordinate, numbers: impl Components<2>) {
+        let motion = Motion::Slide(Z, self.following(name, of, numbers.params()));
         self.join(name, a, b, vec![motion]);
     }
 
@@ -180,18 +169,56 @@ impl Spatial<'_> {
 
     /// Lets a joint carry the body of b.
     fn join(&mut self, name: &str, a: Marker, b: Marker, motions: Vec<Motion<Following>>) {
+        let (Some(outer), Some(inner)) = (self.fixed_at(name, a), self.axes_of(name, b)) else { return };
         let scene = &mut *self.scene;
-        let bodies = [a, b].map(Marker::body);
-        let handles = bodies.into_iter().filter_map(|body| body.0);
-        if !scene.check(name, "body", handles) || ![a, b].iter().all(|marker| scene.check_params(name, &marker.params())) {
-            return;
-        }
-        let Body(Some(inner)) = bodies[1] else { return scene.report(Error::CarriesGround { joint: name.into() }) };
-        let body = &mut scene.space.all[inner.index];
-        if let Some(first) = &body.joint {
-            let (joint, first, body) = (name.into(), first.name.clone(), body.name.clone());
+        let Body(Some(body)) = b.body() else { return scene.report(Error::CarriesGround { joint: name.into() }) };
+        if let BodyPart { name: body, carried: Some((first, _)), .. } = &scene.space.all[body.index] {
+            let (joint, first, body) = (name.into(), first.clone(), body.clone());
             return scene.report(Error::SecondJoint { joint, first, body });
         }
-        body.joint = Some(Joint { name: name.into(), a, b, motions });
+        // The frame of the body from the marker.
+        let back = vectors::transposed(inner);
+        let origin = vectors::negated(vectors::apply(back, b.at));
+        let carried = scene.space.add_frames(outer, motions).inner(back, origin);
+        scene.space.carry(body.index, name, carried);
+    }
+
+    /// Where a marker is fixed; `None` after an error was reported.
+    pub(super) fn fixed_at(&mut self, part: &str, marker: Marker) -> Option<Carried> {
+        let axes = self.axes_of(part, marker)?;
+        let scene = &mut *self.scene;
+        let Body(Some(body)) = marker.body() else { return Some(Carried::at_origin(None).inner(axes, marker.at)) };
+        let BodyPart { name: body, carried, .. } = &scene.space.all[body.index];
+        let Some((_, carried)) = carried else {
+            let (part, body) = (part.into(), body.clone());
+            scene.report(Error::NotCarried { part, body });
+            return None;
+        };
+        Some(carried.inner(axes, marker.at))
+    }
+
+    /// The axes of a marker in the frame of its body; `None` after an error was reported.
+    fn axes_of(&mut self, part: &str, marker: Marker) -> Option<Matrix> {
+        let scene = &mut *self.scene;
+        if !scene.check(part, "body", marker.body().0) || !scene.check_params(part, &marker.params()) {
+            return None;
+        }
+        let value = |param: Param| scene.present_value(param);
+        let length = |direction: Vector| direction.map(value).iter().fold(0.0f64, |sum, x| sum.hypot(*x));
+        let bad = marker.axes.directions().into_iter().map(length).find(|length| !(*length > 0.0 && length.is_finite()));
+        let Some(value) = bad else { return Some(marker.axes.rotation(&value)) };
+        let what = format!("the length of an axis of a marker of `{part}`");
+        scene.report(Error::Parameter { what, value, must_be: "positive, and axes must not be parallel to each other" });
+        None
+    }
+}
+
+impl Scene {
+    /// The value of a parameter for the design variables of the scene.
+    fn present_value(&self, param: Param) -> f64 {
+        param.constant().unwrap_or_else(|| {
+            let designs: Vec<f64> = self.parts.designs.iter().map(|(_, value)| *value).collect();
+            param.present_value(&designs, &self.parts.scene.expressions().evaluate(&[], &designs))
+        })
     }
 }

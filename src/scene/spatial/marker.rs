@@ -1,5 +1,6 @@
 //! [`Body`]: a rigid body in space, and [`Marker`]: a point of a body with axes.
 
+use super::components::Components;
 use super::vectors::{self, Matrix, Vector};
 use crate::model::{Handle, Param};
 
@@ -31,8 +32,8 @@ impl Body {
     pub const GROUND: Body = Body(None);
 
     /// The marker at a point of the body's frame, m, with the axes of the body.
-    pub fn at(self, point: [impl Into<Param>; 3]) -> Marker {
-        Marker { body: self, at: point.map(Into::into), axes: Axes::Rotation(vectors::identity()) }
+    pub fn at(self, point: impl Components<3>) -> Marker {
+        Marker { body: self, at: point.params(), axes: Axes::Rotation(vectors::identity()) }
     }
 
     /// The marker at the origin of the body's frame, with the axes of the body.
@@ -44,20 +45,20 @@ impl Body {
 impl Marker {
     /// The marker with its z axis in a direction of the body's frame; x and y are those of the body after the shortest rotation.
     #[must_use]
-    pub fn along(self, z: [impl Into<Param>; 3]) -> Self {
-        Marker { axes: Axes::Along(z.map(Into::into)), ..self }
+    pub fn along(self, z: impl Components<3>) -> Self {
+        Marker { axes: Axes::Along(z.params()), ..self }
     }
 
     /// The marker with its z axis in a direction of the body's frame, and its x axis in the direction of the part of `x` that is perpendicular to it.
     #[must_use]
-    pub fn along_and_toward(self, z: [impl Into<Param>; 3], x: [impl Into<Param>; 3]) -> Self {
-        Marker { axes: Axes::Toward(z.map(Into::into), x.map(Into::into)), ..self }
+    pub fn along_and_toward(self, z: impl Components<3>, x: impl Components<3>) -> Self {
+        Marker { axes: Axes::Toward(z.params(), x.params()), ..self }
     }
 
     /// The marker with the axes of the body turned by roll, pitch and yaw, rad: R = R_z(yaw) R_y(pitch) R_x(roll).
     #[must_use]
-    pub fn turned(self, roll_pitch_yaw: [impl Into<Param>; 3]) -> Self {
-        let [(sr, cr), (sp, cp), (sy, cy)] = roll_pitch_yaw.map(Into::into).map(|angle: Param| (angle.sin(), angle.cos()));
+    pub fn turned(self, roll_pitch_yaw: impl Components<3>) -> Self {
+        let [(sr, cr), (sp, cp), (sy, cy)] = roll_pitch_yaw.params().map(|angle| (angle.sin(), angle.cos()));
         let (one, nil) = (Param::from(1.0), Param::from(0.0));
         let x = [[one, nil, nil], [nil, cr, -sr], [nil, sr, cr]];
         let y = [[cp, nil, sp], [nil, one, nil], [-sp, nil, cp]];

@@ -2,7 +2,7 @@
 //!
 //! A joint carries a body: it connects a [`Marker`] of an outer body, or of the ground, to a marker of the body that it carries, and has the
 //! coordinates of their relative motion. Joints and bodies form trees, whose coordinates need no constraints. Every body needs exactly one joint that
-//! carries it.
+//! carries it; joints are added from the ground outwards.
 //!
 //! ```
 //! use hamiltonian_adjoint::spatial::{Body, Inertia};
@@ -19,19 +19,28 @@
 //! # Ok::<(), hamiltonian_adjoint::Error>(())
 //! ```
 
-mod assemble;
+mod components;
+mod elements;
+mod forces;
 mod formula;
+mod functions;
 mod inertia;
 mod joints;
+mod loops;
 mod marker;
 mod parts;
+mod path;
 mod tree;
 mod vectors;
 
+pub use components::Components;
+pub use forces::MarkerForce;
+pub use functions::{MarkerFunction, MarkerPoint, Quantity};
 pub use inertia::Inertia;
 pub use joints::{Ball, Cylindrical, Free, PlanarJoint, Prismatic, Revolute, Universal};
 pub use marker::{Body, Marker};
 pub(super) use parts::Bodies;
+pub use path::{Load, MarkerState};
 
 use super::Scene;
 use crate::model::Param;
@@ -57,12 +66,12 @@ impl Spatial<'_> {
         scene.check_params(name, &inertia.params());
         scene.require_nonnegative(inertia.mass, format!("the mass of `{name}`"));
         scene.parts.scene.begin_part();
-        scene.space.all.push(parts::BodyPart { name: name.into(), inertia, joint: None });
+        scene.space.all.push(parts::BodyPart { name: name.into(), inertia, carried: None });
         Body(Some(scene.parts.scene.handle(scene.space.all.len() - 1)))
     }
 
     /// Sets the acceleration of gravity of all bodies, m/s², including those in the plane, of which x and y act. The default is zero.
-    pub fn gravity(&mut self, acceleration: [impl Into<Param>; 3]) {
-        self.scene.set_gravity(acceleration.map(Into::into));
+    pub fn gravity(&mut self, acceleration: impl Components<3>) {
+        self.scene.set_gravity(acceleration.params());
     }
 }

@@ -1,0 +1,211 @@
+//! Costs, outputs and events that are functions of markers.
+
+use super::elements::Arguments;
+use super::formula::{cross, plus, scaled};
+use super::path::{MarkerState, Path};
+use super::{Marker, Spatial};
+use crate::model::{Control, Event, Output, Param};
+use crate::{ListCost, ListPoint, Scalar, Sum};
+
+/// A function of the positions and motions of markers, for costs, outputs and events.
+///
+/// ```
+/// use hamiltonian_adjoint::spatial::{Body, Inertia, MarkerFunction, MarkerPoint};
+/// use hamiltonian_adjoint::{Scalar, Scene, Sum};
+///
+/// /// The height of the first marker over the second one.
+/// struct Height;
+/// impl MarkerFunction for Height {
+///     fn value<S: Scalar>(&self, at: &MarkerPoint<S>) -> S {
+///         at.markers[0].position[2] - at.markers[1].position[2]
+///     }
+/// }
+///
+/// let mut scene = Scene::new();
+/// let mut space = scene.spatial();
+/// let rod = space.body("rod", Inertia::cuboid(1.0, [0.1, 0.1, 1.0]));
+/// space.ball("joint", Body::GROUND.origin(), rod.at([0.0, 0.0, 0.5]));
+/// space.cost("height", Height, Sum::Terminal, &[rod.at([0.0, 0.0, -0.5]), Body::GROUND.origin()], &[], &[]);
+/// scene.compile()?;
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub trait MarkerFunction: Send + Sync + 'static {
+    /// The value at one node.
+    fn value<S: Scalar>(&self, at: &MarkerPoint<S>) -> S;
+}
+
+/// The arguments of a [`MarkerFunction`] or a [`MarkerForce`](super::MarkerForce) at one point.
+#[derive(Clone, Copy, Debug)]
+pub struct MarkerPoint<'a, S> {
+    /// The markers, in the given order.
+    pub markers: &'a [MarkerState<S>],
+    /// Controls.
+    pub u: &'a [S],
+    /// Time, s.
+    pub t: S,
+    /// Constants.
+    pub b: &'a [S],
+}
+
+/// A quantity of a marker with components along the axes of the inertial frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// The position, m.
+    Position,
+    /// The velocity, m/s.
+    Velocity,
+    /// The acceleration, m/s².
+    Acceleration,
+    /// The direction of the x axis.
+    XAxis,
+    /// The direction of the y axis.
+    YAxis,
+    /// The direction of the z axis.
+    ZAxis,
+    /// The angular velocity, rad/s.
+    AngularVelocity,
+    /// The angular acceleration, rad/s².
+    AngularAcceleration,
+}
+
+/// Paths to markers, and the place of the user's constants behind those of the paths.
+#[derive(Clone, Debug)]
+pub(super) struct Markers {
+    pub(super) paths: Vec<Path>,
+    pub(super) own: usize,
+}
+
+/// A function of markers as a function of coordinates.
+struct AtMarkers<F> {
+    function: F,
+    markers: Markers,
+}
+
+impl<F: MarkerFunction> ListCost for AtMarkers<F> {
+    fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
+        let states: Vec<_> = self.markers.paths.iter().map(|path| path.state([at.q, at.v, at.v_dot, at.b])).collect();
+        let own = &at.b[at.b.len() - self.markers.own..];
+        self.function.value(&MarkerPoint { markers: &states, u: at.u, t: at.t, b: own })
+    }
+}
+
+/// One component of a quantity.
+struct Component(Quantity, usize);
+
+impl MarkerFunction for Component {
+    fn value<S: Scalar>(&self, at: &MarkerPoint<S>) -> S {
+        let of = &at.markers[0];
+        let vector = match self.0 {
+            Quantity::Position => of.position,
+            Quantity::Velocity => of.velocity,
+            Quantity::Acceleration => of.acceleration,
+            Quantity::XAxis => of.axes[0],
+            Quantity::YAxis => of.axes[1],
+            Quantity::ZAxis => of.axes[2],
+            Quantity::AngularVelocity => of.angular_velocity,
+            Quantity::AngularAcceleration => of.angular_acceleration,
+        };
+        vector[self.1]
+    }
+}
+
+/// ½ Σ a_i × b_i over the axes of two markers: for small rotations, the rotation vector from the first to the second.
+struct RotationError(usize);
+
+impl MarkerFunction for RotationError {
+    fn value<S: Scalar>(&self, at: &MarkerPoint<S>) -> S {
+        let [a, b] = [0, 1].map(|k| at.markers[k].axes);
+        let both = plus(cross(a[0], b[0]), plus(cross(a[1], b[1]), cross(a[2], b[2])));
+        scaled(both, S::from(0.5))[self.0]
+    }
+}
+
+impl Spatial<'_> {
+    /// Adds a cost that depends on markers and controls; `sum` is the rule by which its values at the nodes are summed.
+    pub fn cost(
+        &mut self,
+        name: &str,
+        function: impl MarkerFunction,
+        sum: Sum,
+        markers: &[Marker],
+        u: &[Control],
+        b: &[Param],
+    ) {
+        let Some((markers, Arguments { q, b })) = self.markers(name, markers, b) else { return };
+        self.scene.list_cost(name, AtMarkers { function, markers }, sum, &q, &[], u, &b.0);
+    }
+
+    /// Adds a term that depends on markers and controls to an output.
+    #[expect(clippy::too_many_arguments, reason = "the arguments of the function, one list each")]
+    pub fn term(
+        &mut self,
+        output: Output,
+        name: &str,
+        function: impl MarkerFunction,
+        sum: Sum,
+        markers: &[Marker],
+        u: &[Control],
+        b: &[Param],
+    ) {
+        let Some((markers, Arguments { q, b })) = self.markers(name, markers, b) else { return };
+        self.scene.list_term(output, name, AtMarkers { function, markers }, sum, &q, &[], u, &b.0);
+    }
+
+    /// Adds an event: a function of markers and controls whose zero is the event ([`Scene::event`](crate::Scene::event)).
+    pub fn event(
+        &mut self,
+        name: &str,
+        function: impl MarkerFunction,
+        markers: &[Marker],
+        u: &[Control],
+        b: &[Param],
+    ) -> Event {
+        let (markers, of) = self.markers(name, markers, b).unwrap_or_default();
+        self.scene.list_event(name, AtMarkers { function, markers }, &of.q, &[], u, &of.b.0)
+    }
+
+    /// Adds the three components of a quantity of a marker as outputs, summed over the nodes by the rule `sum`.
+    pub fn outputs(&mut self, name: &str, quantity: Quantity, marker: Marker, sum: Sum) -> [Output; 3] {
+        self.three(name, &[marker], sum, |axis| Component(quantity, axis))
+    }
+
+    /// Adds the rotation from marker a to marker b as three outputs with components in the inertial frame: ½ Σ a_i × b_i over the axes a_i and b_i, which
+    /// is sin θ times the axis of a rotation by the angle θ.
+    pub fn rotation_error(&mut self, name: &str, a: Marker, b: Marker, sum: Sum) -> [Output; 3] {
+        self.three(name, &[a, b], sum, RotationError)
+    }
+
+    fn three<F: MarkerFunction>(
+        &mut self,
+        name: &str,
+        markers: &[Marker],
+        sum: Sum,
+        component: impl Fn(usize) -> F,
+    ) -> [Output; 3] {
+        [(0, "x"), (1, "y"), (2, "z")].map(|(axis, of)| {
+            let name = format!("{name} {of}");
+            let output = self.scene.output(&name);
+            self.term(output, &name, component(axis), sum, markers, &[], &[]);
+            output
+        })
+    }
+
+    /// The paths to markers, with the coordinates and parameters; `None` after an error was reported.
+    pub(super) fn markers(&mut self, part: &str, markers: &[Marker], b: &[Param]) -> Option<(Markers, Arguments)> {
+        let mut of = Arguments::default();
+        let paths = markers.iter().map(|marker| self.path(part, *marker, &mut of)).collect::<Option<_>>()?;
+        of.b.0.extend(b);
+        Some((Markers { paths, own: b.len() }, of))
+    }
+
+    fn path(&mut self, part: &str, marker: Marker, of: &mut Arguments) -> Option<Path> {
+        let at = self.fixed_at(part, marker)?;
+        Some(self.scene.space.path(None, &at, of))
+    }
+}
+
+impl Default for Markers {
+    fn default() -> Self {
+        Markers { paths: Vec::new(), own: 0 }
+    }
+}

@@ -1,0 +1,84 @@
+//! Markers: costs, forces, springs and loops.
+
+use hamiltonian_adjoint::spatial::{Body, Inertia, MarkerFunction, MarkerPoint, Quantity};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Scalar, Scene, Settings, Start, Sum};
+
+use crate::common::assert_gradient_is_exact_with;
+
+/// ½ |p|² + v·ω + a·p of the first marker, plus t u.
+struct Mixed;
+
+impl MarkerFunction for Mixed {
+    fn value<S: Scalar>(&self, at: &MarkerPoint<S>) -> S {
+        let of = &at.markers[0];
+        let dot = |a: [S; 3], b: [S; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+        dot(of.position, of.position) * 0.5
+            + dot(of.velocity, of.angular_velocity)
+            + dot(of.acceleration, of.position) * 0.1
+            + dot(of.angular_acceleration, of.axes[1]) * 0.1
+            + at.t * at.u[0] * at.b[0]
+    }
+}
+
+#[test]
+fn gradients_with_markers_are_exact() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let (mass, length, tilt) = (scene.design("mass", 1.3), scene.design("length", 0.4), scene.design("tilt", 0.2));
+    let [torque, push] = ["torque", "push"].map(|name| scene.control(name));
+    let mut space = scene.spatial();
+    space.gravity([0.0, 0.5, -9.81]);
+    let tensor = [0.02, 0.03, 0.015, 0.001, -0.002, 0.0015];
+    let names = ["base", "arm", "hand", "wheel", "ball"];
+    let [base, arm, hand, wheel, ball] =
+        names.map(|name| space.body(name, Inertia::new(mass, tensor).centred_at([0.02, 0.01, -0.1])));
+    let free = space.free("free", Body::GROUND.origin(), base.at([0.1, 0.0, 0.0]));
+    let universal = space.universal("universal", base.at([0.0, 0.2, 0.1]).turned([0.3, 0.1, -0.2]), arm.origin());
+    space.cylindrical("slide", arm.at((0.0, 0.0, length)).along((0.2, 0.0, tilt)), hand.origin());
+    space.revolute("axle", base.at([0.0, -0.3, 0.0]).along([0.0, 0.0, -1.0]), wheel.origin());
+    let socket = space.ball("socket", hand.at([0.0, 0.0, 0.2]), ball.origin());
+    let tip = ball.at([0.1, 0.0, 0.3]);
+    space.torque("motor", base.origin(), wheel.origin(), torque);
+    space.thrust("jet", tip.along([1.0, 1.0, 0.0]), push);
+    space.spring_damper("rope", Body::GROUND.at([0.0, 0.0, 2.0]), tip, [20.0, 0.3, 0.5]);
+    space.applied_on_body("wind", hand.origin(), [0.1, 0.2, 0.3], [0.0, 0.05, 0.0]);
+    space.cost("mixed", Mixed, Sum::Integral, &[tip], &[push], &[0.7.into()]);
+    space.cost("end", Mixed, Sum::Terminal, &[tip], &[push], &[0.7.into()]);
+    space.outputs("tip", Quantity::Velocity, tip, Sum::Terminal);
+    scene.place(universal.angles[0], 0.3);
+    let e = [0.9, 0.3, -0.1, 0.2];
+    let size = e.iter().map(|x: &f64| x * x).sum::<f64>().sqrt();
+    for joint in [free.orientation, socket.orientation] {
+        joint.iter().zip(e).for_each(|(q, e)| scene.place(*q, e / size));
+    }
+    let system = scene.compile()?;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
+    inputs.controls.iter_mut().enumerate().for_each(|(k, u)| *u = (0.3 * k as f64).sin());
+    assert_gradient_is_exact_with("markers", &system, &inputs, Settings::default());
+    Ok(())
+}
+
+#[test]
+fn a_loop_is_closed() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let length = scene.design("length", 0.6);
+    let torque = scene.control("torque");
+    let mut space = scene.spatial();
+    space.gravity([0.0, 0.0, -9.81]);
+    let [crank, rod, rocker] = ["crank", "rod", "rocker"]
+        .map(|name| space.body(name, Inertia::cuboid(0.5, [0.3, 0.05, 0.05]).centred_at([0.15, 0.0, 0.0])));
+    let crank_joint = space.revolute("crank joint", Body::GROUND.origin(), crank.origin());
+    space.ball("elbow", crank.at([0.2, 0.0, 0.0]), rod.origin());
+    space.revolute(
+        "rocker joint",
+        Body::GROUND.at([0.5, 0.1, 0.3]).along([0.0, 1.0, 0.0]),
+        rocker.origin().along([0.0, 1.0, 0.0]),
+    );
+    space.close_ball("end", rod.at((length, 0.0, 0.0)), rocker.at([0.5, 0.0, 0.0]));
+    space.cost("mixed", Mixed, Sum::Terminal, &[rocker.at([0.5, 0.0, 0.0])], &[torque], &[0.1.into()]);
+    space.torque("motor", Body::GROUND.origin(), crank.origin(), torque);
+    let system = scene.compile()?;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
+    inputs.start = Start::assembled(&system).hold(&[crank_joint.angle]);
+    assert_gradient_is_exact_with("loop", &system, &inputs, Settings::default());
+    Ok(())
+}
