@@ -46,6 +46,11 @@ impl fmt::Display for Error {
             Error::NoBody { element } => {
                 write!(f, "`{element}` connects the ground to itself; at least one side must be a body")
             }
+            Error::Inertia { body, moments: [a, b, c] } => write!(
+                f,
+                "the principal moments of inertia of `{body}` about its centre of mass are {a:.4e}, {b:.4e} and {c:.4e} kg m²; none may be negative, or larger \
+                 than the sum of the other two"
+            ),
             Error::NoJoint { body } => write!(
                 f,
                 "no joint carries body `{body}`; add a joint whose second marker is on it, or `free` if it moves freely"

@@ -44,6 +44,13 @@ pub enum Error {
         /// The element.
         element: String,
     },
+    /// No distribution of mass has this inertia tensor.
+    Inertia {
+        /// The body.
+        body: String,
+        /// The principal moments of inertia about the centre of mass, kg m², in ascending order.
+        moments: [f64; 3],
+    },
     /// No joint carries a body in space.
     NoJoint {
         /// The body.

@@ -129,7 +129,13 @@ impl Scene {
             Added::Place(of, value) => {
                 json!({ "kind": "initial value", "name": self.coordinate_name(*of), "value": value })
             }
-            Added::Gravity([x, y]) => json!({ "kind": "gravity", "name": name, "x": param(x)?, "y": param(y)? }),
+            Added::Gravity([x, y, z]) => {
+                let mut entry = json!({ "kind": "gravity", "name": name, "x": param(x)?, "y": param(y)? });
+                if z.constant() != Some(0.0) {
+                    entry["z"] = param(z)?;
+                }
+                entry
+            }
             Added::Body([mass, inertia], place) => json!({
                 "kind": "body", "name": name, "mass": param(mass)?, "inertia": param(inertia)?, "place": place,
             }),
@@ -182,7 +188,8 @@ impl Fields<'_> {
             }
             "gravity" => {
                 let [x, y] = [self.param("x", scene)?, self.param("y", scene)?];
-                scene.gravity(x, y);
+                let z = if self.all.contains_key("z") { self.param("z", scene)? } else { 0.0.into() };
+                scene.spatial().gravity([x, y, z]);
             }
             "body" => {
                 let [mass, inertia] = [self.param("mass", scene)?, self.param("inertia", scene)?];

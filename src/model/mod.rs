@@ -6,6 +6,7 @@ mod frame;
 mod handle;
 mod param;
 mod sketch;
+pub mod space;
 mod switch;
 
 pub(crate) use frame::Owner;

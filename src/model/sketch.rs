@@ -1,5 +1,6 @@
 //! [`Sketch`]: the parts of a scene that can be drawn, bodies and their connections.
 
+use super::space::Bodies;
 use super::{Control, Frame, Param, Point};
 
 /// The parts of a scene that have a position in the plane.
@@ -10,6 +11,8 @@ pub(crate) struct Sketch {
     /// The numbers of the bodies without a moment of inertia: point masses at the end of a rod.
     pub(crate) point_masses: Vec<usize>,
     pub(crate) drawn: Vec<Drawn>,
+    /// The bodies in space.
+    pub(crate) space: Bodies,
 }
 
 impl Sketch {

@@ -68,7 +68,6 @@ pub struct Scene {
     elements: Vec<String>,
     costs_named: Vec<String>,
     recipe: Recipe,
-    space: spatial::Bodies,
     /// The first error found, returned by `compile`.
     problem: Option<Error>,
 }
@@ -364,7 +363,7 @@ impl Scene {
 
     pub(crate) fn set_gravity(&mut self, gravity: [Param; 3]) {
         if self.check_params("gravity", &gravity) {
-            self.recipe.note("gravity", || Added::Gravity([gravity[0], gravity[1]]));
+            self.recipe.note("gravity", || Added::Gravity(gravity));
             self.parts.gravity = gravity.map(Some);
         }
     }

@@ -13,8 +13,8 @@ pub(crate) enum Added {
     Coordinates(Vec<String>),
     /// The initial value of a coordinate.
     Place(Coordinate, f64),
-    /// Gravity along x and y, m/s².
-    Gravity([Param; 2]),
+    /// Gravity along x, y and z, m/s².
+    Gravity([Param; 3]),
     /// Mass and moment of inertia; x, y, φ.
     Body([Param; 2], [f64; 3]),
     /// Mass; x, y.

@@ -7,6 +7,7 @@ use crate::forward::ForwardSweep;
 use crate::motion::{column, open, with_open};
 use crate::redundancy::{Scaled, mass_matrix};
 use crate::scene::planar::Point;
+use crate::scene::spatial::{Marker, MarkerState};
 use crate::system::{NodeView, Pair, Sums};
 use crate::{Error, Inputs, Multiplier, Param, Settings, System, Trajectory};
 
@@ -217,6 +218,40 @@ impl<'s> Mechanics<'s> {
         let (sin, cos) = phi.sin_cos();
         let [x_dot, y_dot, phi_dot] = point.frame().place(|q| self.v[q.index()]);
         [x_dot - phi_dot * (sin * along + cos * across), y_dot + phi_dot * (cos * along - sin * across)]
+    }
+
+    /// Position and motion of a marker in space, with its accelerations for the present controls.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::spatial::{Body, Inertia};
+    /// use hamiltonian_adjoint::{Mechanics, Scene};
+    ///
+    /// let mut scene = Scene::new();
+    /// let mut space = scene.spatial();
+    /// let wheel = space.body("wheel", Inertia::sphere(1.0, 0.2));
+    /// space.revolute("axle", Body::GROUND.origin(), wheel.origin());
+    /// let system = scene.compile()?;
+    /// let rim = Mechanics::new(&system, &[0.0], &[3.0])?.marker(wheel.at([0.2, 0.0, 0.0]))?;
+    /// assert!((rim.velocity[1] - 0.6).abs() < 1e-15 && (rim.acceleration[0] + 1.8).abs() < 1e-15);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A marker of another scene, or of a body that no joint carries, and as [`accelerations`](Self::accelerations).
+    pub fn marker(&self, marker: Marker) -> Result<MarkerState<f64>, Error> {
+        let v_dot = self.accelerations()?.0;
+        self.moving(marker, v_dot.as_slice())
+    }
+
+    /// Position and motion of a marker with the accelerations that follow from these v̇.
+    pub(crate) fn moving(&self, marker: Marker, v_dot: &[f64]) -> Result<MarkerState<f64>, Error> {
+        if marker.body().0.is_some_and(|body| !self.system.owns(body)) {
+            return Err(Error::Foreign { element: "Mechanics::marker".into(), kind: "body" });
+        }
+        if !marker.params().into_iter().all(|param| self.system.knows(param)) {
+            return Err(Error::Foreign { element: "Mechanics::marker".into(), kind: "parameter" });
+        }
+        self.system.sketch().space.state_of(marker, &|param| self.parameter(param), [&self.q, &self.v, v_dot])
     }
 
     /// The coordinates q.

@@ -43,6 +43,7 @@ pub struct System {
     pub(super) design: Vec<f64>,
     pub(super) parameters: Parameters,
     pub(super) positive: Vec<Required>,
+    pub(super) tensors: Vec<(String, [Param; 6])>,
     pub(super) sketch: Sketch,
     /// The number of the scene.
     pub(super) scene: SceneTag,

@@ -1,9 +1,9 @@
 //! Markers: costs, forces, springs and loops.
 
 use hamiltonian_adjoint::spatial::{Body, Inertia, MarkerFunction, MarkerPoint, Quantity};
-use hamiltonian_adjoint::{Error, Grid, Inputs, Scalar, Scene, Settings, Start, Sum};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Scalar, Scene, Settings, Solver, Start, Sum, planar};
 
-use crate::common::assert_gradient_is_exact_with;
+use crate::common::{assert_gradient_is_exact_with, assert_says};
 
 /// ½ |p|² + v·ω + a·p of the first marker, plus t u.
 struct Mixed;
@@ -80,5 +80,46 @@ fn a_loop_is_closed() -> Result<(), Error> {
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
     inputs.start = Start::assembled(&system).hold(&[crank_joint.angle]);
     assert_gradient_is_exact_with("loop", &system, &inputs, Settings::default());
+    Ok(())
+}
+
+#[test]
+fn bodies_in_the_plane_carry_bodies_in_space() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let force = scene.control("force");
+    let cart = scene.body("cart", 2.0, 0.1, [0.0; 3]);
+    scene.prismatic("rail", planar::Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), 0.0);
+    scene.actuator("motor", planar::Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+    let mut space = scene.spatial();
+    space.gravity([0.0, 0.0, -9.81]);
+    let table = space.planar_body("table", cart);
+    let rod = space.body("rod", Inertia::cuboid(0.5, [0.05, 0.05, 0.6]));
+    let joint = space.universal("joint", table.at([0.1, 0.0, 0.0]), rod.at([0.0, 0.0, 0.3]));
+    space.cost("mixed", Mixed, Sum::Terminal, &[rod.at([0.0, 0.0, -0.3])], &[force], &[0.3.into()]);
+    scene.place(joint.angles[0], 0.4);
+    let system = scene.compile()?;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
+    inputs.controls.fill(3.0);
+    assert_gradient_is_exact_with("cart and rod", &system, &inputs, Settings::default());
+    Ok(())
+}
+
+#[test]
+fn impossible_inertias_are_refused() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let most = scene.design("most", 0.15);
+    let mut space = scene.spatial();
+    let top = space.body("top", Inertia::principal(1.0, (most, 0.085, 0.085)));
+    space.ball("tip", Body::GROUND.origin(), top.origin());
+    let refused = scene.clone();
+    let system = scene.compile()?;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(2, 0.01));
+    inputs.design[0] = 0.3;
+    let error = Solver::new(&system, Settings::default()).simulate(&inputs).map(|_| ()).expect_err("an impossible tensor");
+    assert_says(&error, &["`top`", "8.5000e-2", "3.0000e-1", "sum of the other two"]);
+    let mut scene = refused;
+    let other = scene.spatial().body("other", Inertia::new(1.0, [0.1, 0.1, 0.1, 0.2, 0.0, 0.0]));
+    scene.spatial().fixed("weld", top.origin(), other.origin());
+    assert_says(&scene.compile().map(|_| ()).expect_err("a negative moment"), &["`other`", "-1.0000e-1"]);
     Ok(())
 }

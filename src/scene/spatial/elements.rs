@@ -3,13 +3,11 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::formula::{Fixed, Follows, Motion, Numbers};
-use super::inertia::Moments;
-use super::parts::{Bodies, Carried, Following, Frame};
-use super::path::Path;
+use super::formula::{Fixed, Follows, Numbers};
+use super::path::{MarkerState, Path};
 use super::tree::{Inertial, Kinetic, Node, Tree, Weight};
-use super::vectors;
 use crate::Error;
+use crate::model::space::{self, Bodies, Carried, Following, Frame, Marker, Matrix, Moments, Motion, Vector};
 use crate::model::{Coordinate, Param};
 use crate::scene::Scene;
 
@@ -21,7 +19,7 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    pub(super) fn fixed(&mut self, turn: vectors::Matrix, origin: vectors::Vector) -> Fixed {
+    pub(super) fn fixed(&mut self, turn: Matrix, origin: Vector) -> Fixed {
         Fixed { turn: turn.map(|row| self.b.numbers(row)), origin: self.b.numbers(origin) }
     }
 
@@ -43,6 +41,7 @@ impl Arguments {
     }
 }
 
+/// The formulas of bodies.
 impl Bodies {
     /// The path from the ground, or from another frame, to a marker.
     pub(super) fn path(&self, from: Option<usize>, to: &Carried, of: &mut Arguments) -> Path {
@@ -54,18 +53,35 @@ impl Bodies {
         Path { frames, end: of.fixed(to.turn, to.origin) }
     }
 
+    /// Position and motion of a marker.
+    ///
+    /// # Errors
+    /// As [`fixed_at`](Self::fixed_at).
+    pub(crate) fn state_of(
+        &self,
+        marker: Marker,
+        value: &dyn Fn(Param) -> f64,
+        [q, v, v_dot]: [&[f64]; 3],
+    ) -> Result<MarkerState<f64>, Error> {
+        let mut of = Arguments::default();
+        let path = self.path(None, &self.fixed_at("a marker", marker, value)?, &mut of);
+        let of_all = |all: &[f64]| of.q.iter().map(|q| all[q.index()]).collect::<Vec<f64>>();
+        let b: Vec<f64> = of.b.0.iter().map(|param| value(*param)).collect();
+        Ok(path.state([&of_all(q), &of_all(v), &of_all(v_dot), &b]))
+    }
+
     /// A tree, with its coordinates and parameters.
     fn tree(&self, frames: &[usize], gravity: [Param; 3]) -> (Tree, Arguments) {
         let mut of = Arguments::default();
-        let (mut carried, mut weighted) = (vec![Param::from(0.0); frames.len()], vec![vectors::zero(); frames.len()]);
+        let (mut carried, mut weighted) = (vec![Param::from(0.0); frames.len()], vec![space::zero(); frames.len()]);
         let place = |which: usize| frames.partition_point(|frame| *frame < which);
         for (k, &which) in frames.iter().enumerate().rev() {
             let frame = &self.frames[which];
-            carried[k] = vectors::plus(carried[k], frame.moments.mass);
-            weighted[k] = vectors::add(weighted[k], frame.moments.first);
+            carried[k] = space::plus(carried[k], frame.moments.mass);
+            weighted[k] = space::add(weighted[k], frame.moments.first);
             if let Some(parent) = frame.parent.map(place) {
-                carried[parent] = vectors::plus(carried[parent], carried[k]);
-                weighted[parent] = vectors::add(weighted[parent], vectors::scaled(frame.origin, carried[k]));
+                carried[parent] = space::plus(carried[parent], carried[k]);
+                weighted[parent] = space::add(weighted[parent], space::scaled(frame.origin, carried[k]));
             }
         }
         let node = |(k, &which): (usize, &usize)| {
@@ -90,13 +106,15 @@ impl Scene {
     /// # Errors
     /// A body that no joint carries.
     pub(in crate::scene) fn add_trees(&mut self) -> Result<(), Error> {
-        let bodies = std::mem::take(&mut self.space);
+        let bodies = std::mem::take(&mut self.parts.sketch.space);
         if let Some(body) = bodies.all.iter().find(|body| body.carried.is_none()) {
             return Err(Error::NoJoint { body: body.name.clone() });
         }
         let gravity = self.parts.gravity.map(|g| g.unwrap_or(0.0.into()));
         let has_weight = gravity.iter().any(|g| g.constant() != Some(0.0));
-        for frames in bodies.trees() {
+        // Frames of bodies in the plane, whose energies are elements of their own, may carry nothing.
+        let is_heavy = |frames: &Vec<usize>| frames.iter().any(|frame| !bodies.frames[*frame].moments.are_none());
+        for frames in bodies.trees().into_iter().filter(is_heavy) {
             let (tree, Arguments { q, b }) = bodies.tree(&frames, gravity);
             let name = bodies.first_of(&frames);
             self.list_kinetic_energy(name, Kinetic(tree.clone()), &q, &b.0);
@@ -105,6 +123,7 @@ impl Scene {
             }
             self.join_groups(&q);
         }
+        self.parts.sketch.space = bodies;
         Ok(())
     }
 

@@ -1,11 +1,10 @@
 //! Forces and torques at markers.
 
-use super::components::Components;
 use super::elements::Arguments;
 use super::formula::{dot, minus, scaled, zero};
 use super::functions::{MarkerPoint, Markers};
 use super::path::Load;
-use super::{Marker, Spatial};
+use super::{Components, Marker, Spatial};
 use crate::model::{Control, Param};
 use crate::{ListForce, ListForcePoint, ListPotentialEnergy, Scalar};
 

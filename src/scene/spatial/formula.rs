@@ -2,6 +2,7 @@
 
 use crate::Scalar;
 use crate::model::Param;
+use crate::model::space::Motion;
 
 pub(super) type Vector<S> = [S; 3];
 
@@ -121,15 +122,6 @@ impl Follows {
     pub(super) fn rate<S: Scalar>(&self, v: &[S], b: &[S]) -> S {
         v[self.q] * self.factor.value(b)
     }
-}
-
-/// The motion of an inner frame relative to an outer one: about or along one of its axes (0, 1, 2), or a rotation by Euler parameters e, which need
-/// not have the length 1.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Motion<C> {
-    Turn(usize, C),
-    Slide(usize, C),
-    Ball([C; 4]),
 }
 
 /// The motion at one point.

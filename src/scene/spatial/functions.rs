@@ -200,7 +200,7 @@ impl Spatial<'_> {
 
     fn path(&mut self, part: &str, marker: Marker, of: &mut Arguments) -> Option<Path> {
         let at = self.fixed_at(part, marker)?;
-        Some(self.scene.space.path(None, &at, of))
+        Some(self.scene.parts.sketch.space.path(None, &at, of))
     }
 }
 

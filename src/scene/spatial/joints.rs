@@ -1,12 +1,8 @@
 //! The joints of space. Where all coordinates of a joint are zero, the axes of its two markers coincide.
 
-use super::components::Components;
-use super::formula::Motion;
-use super::marker::Marker;
-use super::parts::{BodyPart, Carried, Following};
-use super::vectors::{self, Matrix, Vector};
-use super::{Body, Spatial};
+use super::Spatial;
 use crate::Error;
+use crate::model::space::{self, Body, BodyPart, Carried, Components, Following, Marker, Motion};
 use crate::model::{Coordinate, Param};
 use crate::scene::Scene;
 
@@ -169,51 +165,44 @@ impl Spatial<'_> {
 
     /// Lets a joint carry the body of b.
     fn join(&mut self, name: &str, a: Marker, b: Marker, motions: Vec<Motion<Following>>) {
-        let (Some(outer), Some(inner)) = (self.fixed_at(name, a), self.axes_of(name, b)) else { return };
+        self.scene.recipe.note_own(name);
+        let Some(outer) = self.fixed_at(name, a) else { return };
         let scene = &mut *self.scene;
+        if !scene.check_marker(name, b) {
+            return;
+        }
+        let inner = match b.axes.checked_rotation(name, &|param| scene.present_value(param)) {
+            Ok(inner) => inner,
+            Err(error) => return scene.report(error),
+        };
         let Body(Some(body)) = b.body() else { return scene.report(Error::CarriesGround { joint: name.into() }) };
-        if let BodyPart { name: body, carried: Some((first, _)), .. } = &scene.space.all[body.index] {
+        if let BodyPart { name: body, carried: Some((first, _)), .. } = &scene.parts.sketch.space.all[body.index] {
             let (joint, first, body) = (name.into(), first.clone(), body.clone());
             return scene.report(Error::SecondJoint { joint, first, body });
         }
         // The frame of the body from the marker.
-        let back = vectors::transposed(inner);
-        let origin = vectors::negated(vectors::apply(back, b.at));
-        let carried = scene.space.add_frames(outer, motions).inner(back, origin);
-        scene.space.carry(body.index, name, carried);
+        let back = space::transposed(inner);
+        let origin = space::negated(space::apply(back, b.at));
+        let carried = scene.parts.sketch.space.add_frames(outer, motions).inner(back, origin);
+        scene.parts.sketch.space.carry(body.index, name, carried);
     }
 
     /// Where a marker is fixed; `None` after an error was reported.
     pub(super) fn fixed_at(&mut self, part: &str, marker: Marker) -> Option<Carried> {
-        let axes = self.axes_of(part, marker)?;
         let scene = &mut *self.scene;
-        let Body(Some(body)) = marker.body() else { return Some(Carried::at_origin(None).inner(axes, marker.at)) };
-        let BodyPart { name: body, carried, .. } = &scene.space.all[body.index];
-        let Some((_, carried)) = carried else {
-            let (part, body) = (part.into(), body.clone());
-            scene.report(Error::NotCarried { part, body });
-            return None;
-        };
-        Some(carried.inner(axes, marker.at))
-    }
-
-    /// The axes of a marker in the frame of its body; `None` after an error was reported.
-    fn axes_of(&mut self, part: &str, marker: Marker) -> Option<Matrix> {
-        let scene = &mut *self.scene;
-        if !scene.check(part, "body", marker.body().0) || !scene.check_params(part, &marker.params()) {
+        if !scene.check_marker(part, marker) {
             return None;
         }
-        let value = |param: Param| scene.present_value(param);
-        let length = |direction: Vector| direction.map(value).iter().fold(0.0f64, |sum, x| sum.hypot(*x));
-        let bad = marker.axes.directions().into_iter().map(length).find(|length| !(*length > 0.0 && length.is_finite()));
-        let Some(value) = bad else { return Some(marker.axes.rotation(&value)) };
-        let what = format!("the length of an axis of a marker of `{part}`");
-        scene.report(Error::Parameter { what, value, must_be: "positive, and axes must not be parallel to each other" });
-        None
+        let at = scene.parts.sketch.space.fixed_at(part, marker, &|param| scene.present_value(param));
+        at.map_err(|error| scene.report(error)).ok()
     }
 }
 
 impl Scene {
+    fn check_marker(&mut self, part: &str, marker: Marker) -> bool {
+        self.check(part, "body", marker.body().0) && self.check_params(part, &marker.params())
+    }
+
     /// The value of a parameter for the design variables of the scene.
     fn present_value(&self, param: Param) -> f64 {
         param.constant().unwrap_or_else(|| {

@@ -119,8 +119,8 @@ impl Spatial<'_> {
             return self.scene.no_multipliers();
         };
         let mut of = Arguments::default();
-        let base = self.scene.space.common(first.frame, second.frame);
-        let paths = [first, second].map(|at| self.scene.space.path(base, &at, &mut of));
+        let base = self.scene.parts.sketch.space.common(first.frame, second.frame);
+        let paths = [first, second].map(|at| self.scene.parts.sketch.space.path(base, &at, &mut of));
         let element = Between { paths, rows: rows(&mut of) };
         if of.q.is_empty() {
             self.scene.report(crate::Error::NoBody { element: name.into() });

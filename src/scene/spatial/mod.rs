@@ -19,31 +19,24 @@
 //! # Ok::<(), hamiltonian_adjoint::Error>(())
 //! ```
 
-mod components;
 mod elements;
 mod forces;
 mod formula;
 mod functions;
-mod inertia;
 mod joints;
 mod loops;
-mod marker;
-mod parts;
 mod path;
 mod tree;
-mod vectors;
 
-pub use components::Components;
 pub use forces::MarkerForce;
 pub use functions::{MarkerFunction, MarkerPoint, Quantity};
-pub use inertia::Inertia;
 pub use joints::{Ball, Cylindrical, Free, PlanarJoint, Prismatic, Revolute, Universal};
-pub use marker::{Body, Marker};
-pub(super) use parts::Bodies;
 pub use path::{Load, MarkerState};
 
 use super::Scene;
-use crate::model::Param;
+pub use crate::model::space::{Body, Components, Inertia, Marker};
+use crate::model::space::{BodyPart, Carried, Following, Motion};
+use crate::scene::planar;
 
 /// The part of a scene that is in space ([`Scene::spatial`]).
 #[derive(Debug)]
@@ -65,9 +58,24 @@ impl Spatial<'_> {
         scene.recipe.note_own(name);
         scene.check_params(name, &inertia.params());
         scene.require_nonnegative(inertia.mass, format!("the mass of `{name}`"));
+        scene.parts.tensors.push((name.into(), inertia.tensor));
         scene.parts.scene.begin_part();
-        scene.space.all.push(parts::BodyPart { name: name.into(), inertia, carried: None });
-        Body(Some(scene.parts.scene.handle(scene.space.all.len() - 1)))
+        scene.parts.sketch.space.all.push(BodyPart { name: name.into(), inertia, carried: None });
+        Body(Some(scene.parts.scene.handle(scene.parts.sketch.space.all.len() - 1)))
+    }
+
+    /// A body in the plane as a body in space, whose z axis is that of the inertial frame: for joints that carry bodies in space, and for markers.
+    pub fn planar_body(&mut self, name: &str, body: planar::Body) -> Body {
+        let inner = self.body(name, Inertia::none());
+        let [x, y, angle] = body.coordinates.map(Following::of);
+        let motions = vec![Motion::Slide(0, x), Motion::Slide(1, y), Motion::Turn(2, angle)];
+        let scene = &mut *self.scene;
+        if scene.check(name, "coordinate", body.coordinates.map(|q| q.0)) {
+            let space = &mut scene.parts.sketch.space;
+            let at = space.add_frames(Carried::at_origin(None), motions);
+            space.carry(space.all.len() - 1, name, at);
+        }
+        inner
     }
 
     /// Sets the acceleration of gravity of all bodies, m/s², including those in the plane, of which x and y act. The default is zero.

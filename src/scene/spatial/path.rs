@@ -1,8 +1,9 @@
 //! [`Path`]: the frames from the ground, or from another frame, to a marker; [`MarkerState`]: how the marker moves.
 
-use super::formula::{Fixed, Follows, Motion, Moved, Vector, cross, dot, plus, scaled, values, zero};
+use super::formula::{Fixed, Follows, Moved, Vector, cross, dot, plus, scaled, values, zero};
 use super::tree::Rates;
 use crate::Scalar;
+use crate::model::space::Motion;
 
 /// The frames to a marker, each with its motion, and the marker in the last of them.
 #[derive(Clone, Debug)]

@@ -14,7 +14,8 @@
 
 use std::sync::Arc;
 
-use super::formula::{Fixed, Follows, Motion, Number, Vector, cross, dot, plus, scaled, values, zero};
+use super::formula::{Fixed, Follows, Number, Vector, cross, dot, plus, scaled, values, zero};
+use crate::model::space::Motion;
 use crate::{ListKineticEnergy, ListPotentialEnergy, Scalar};
 
 /// A frame of a tree.

@@ -1,5 +1,7 @@
 //! Compilation of the parts of a scene into a [`System`], and detection of formulas that have changed when a motion begins.
 
+use nalgebra::{Matrix3, SymmetricEigen};
+
 use super::names::Names;
 use super::parameters::Parameters;
 use super::scene_parts::{Parts, Required};
@@ -11,6 +13,11 @@ use crate::system::cost::{CostPrograms, Costs, Terms};
 use crate::system::formula::{Batches, Element, ElementKind, Layout, NodeView, Positions, Recordings};
 use crate::system::tangent::Formulas;
 use crate::{Error, memory};
+
+/// Principal moments of inertia are compared up to this fraction of the largest one, since tensors are often given with a few digits.
+const ROUNDING_OF_MOMENTS: f64 = 1e-6;
+/// Largest number of iterations for eigenvalues.
+const MOST_ITERATIONS: usize = 1000;
 
 impl System {
     pub(crate) fn compile(mut scene: Parts, without_programs: bool) -> Result<Self, Error> {
@@ -24,6 +31,7 @@ impl System {
         scene.batches.0.iter_mut().for_each(|batch| batch.resolve(&mut resolve));
         scene.costs.resolve(&mut resolve);
         scene.positive.iter_mut().for_each(|required| required.param = resolve(required.param));
+        scene.tensors.iter_mut().for_each(|(_, tensor)| *tensor = tensor.map(&mut resolve));
         scene.resolve_switches(&mut resolve);
         parameters.differentiate();
         let names = Names::new(&scene);
@@ -32,6 +40,7 @@ impl System {
         let values = parameters.values(&design);
         parameters.check(&values, &names.designs)?;
         check_positive(&scene.positive, &values)?;
+        check_tensors(&scene.tensors, &values)?;
         let zeros = vec![0.0; n.max(m).max(k)];
         let (v, sigma, u) = (&zeros[..n], &zeros[..m], &zeros[..k]);
         let at = NodeView::of_equations([&scene.initial, v, sigma], (u, 0.0, &values));
@@ -60,7 +69,7 @@ impl System {
         let place = |unknown| symbolic.position(unknown);
         let positions = Positions { v: (0..n).map(place).collect(), sigma: (n..n + m).map(place).collect() };
         let terms = Terms::new(&costs, names.outputs.len());
-        let (initial, positive) = (scene.initial, scene.positive);
+        let (initial, positive, tensors) = (scene.initial, scene.positive, scene.tensors);
         let (costs_compiled, fingerprint) = (fingerprint(None, &costs), fingerprint(Some(&batches), &costs));
         let mut system = System {
             n,
@@ -83,6 +92,7 @@ impl System {
             design,
             parameters,
             positive,
+            tensors,
             sketch: scene.sketch,
             scene: scene.scene,
             fingerprint,
@@ -96,7 +106,8 @@ impl System {
     pub(crate) fn check_design(&self, design: &[f64]) -> Result<(), Error> {
         let values = self.parameters.values(design);
         self.parameters.check(&values, &self.names.designs)?;
-        check_positive(&self.positive, &values)
+        check_positive(&self.positive, &values)?;
+        check_tensors(&self.tensors, &values)
     }
 
     /// Identifies the present formulas.
@@ -170,6 +181,27 @@ pub(in crate::system) fn check_positive(positive: &[Required], design: &[f64]) -
         if !((value > 0.0 || *may_be_zero && value == 0.0) && value.is_finite()) {
             let must_be = if *may_be_zero { "finite and not negative" } else { "positive and finite" };
             return Err(Error::Parameter { what: what.clone(), value, must_be });
+        }
+    }
+    Ok(())
+}
+
+/// Checks that no principal moment of inertia is negative or larger than the sum of the other two, as for every distribution of mass.
+fn check_tensors(tensors: &[(String, [Param; 6])], design: &[f64]) -> Result<(), Error> {
+    for (body, tensor) in tensors {
+        let [xx, yy, zz, xy, xz, yz] = tensor.map(|entry| entry.value(design));
+        let matrix = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+        if let Some(value) = matrix.iter().copied().find(|entry| !entry.is_finite()) {
+            return Err(Error::NotFinite { what: format!("a moment of inertia of `{body}`"), value });
+        }
+        // With numbers near the limits of their range the iteration might not end.
+        let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MOST_ITERATIONS);
+        let mut moments: [f64; 3] = eigen.map_or([f64::NAN; 3], |eigen| eigen.eigenvalues.into());
+        moments.sort_by(f64::total_cmp);
+        let [least, middle, most] = moments;
+        let rounding = ROUNDING_OF_MOMENTS * most.abs().max(least.abs());
+        if !(least >= -rounding && most <= least + middle + rounding) {
+            return Err(Error::Inertia { body: body.clone(), moments });
         }
     }
     Ok(())

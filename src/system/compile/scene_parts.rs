@@ -37,6 +37,8 @@ pub(crate) struct Parts {
     pub(crate) costs: Costs,
     /// Parameters whose values are restricted to a range, with descriptions.
     pub(crate) positive: Vec<Required>,
+    /// The bodies in space with their inertia tensors J_xx, J_yy, J_zz, J_xy, J_xz, J_yz about the centre of mass.
+    pub(crate) tensors: Vec<(String, [Param; 6])>,
 }
 
 /// A parameter that must be positive, or nonnegative if `may_be_zero`.

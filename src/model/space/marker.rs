@@ -2,23 +2,24 @@
 
 use super::components::Components;
 use super::vectors::{self, Matrix, Vector};
+use crate::Error;
 use crate::model::{Handle, Param};
 
 /// A rigid body in space, or the ground ([`Body::GROUND`]), whose axes are those of the inertial frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Body(pub(super) Option<Handle>);
+pub struct Body(pub(crate) Option<Handle>);
 
 /// A point of a body with axes x, y and z.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Marker {
-    pub(super) body: Body,
-    pub(super) at: Vector,
-    pub(super) axes: Axes,
+    pub(crate) body: Body,
+    pub(crate) at: Vector,
+    pub(crate) axes: Axes,
 }
 
 /// The axes of a marker in the frame of its body.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Axes {
+pub(crate) enum Axes {
     /// The columns of this matrix.
     Rotation(Matrix),
     /// The z axis has this direction; the others are those of the body after the shortest rotation.
@@ -72,7 +73,7 @@ impl Marker {
     }
 
     /// All parameters of the marker.
-    pub(super) fn params(&self) -> Vec<Param> {
+    pub(crate) fn params(&self) -> Vec<Param> {
         let axes = match self.axes {
             Axes::Rotation(rotation) => rotation.concat(),
             Axes::Along(z) => z.to_vec(),
@@ -84,7 +85,7 @@ impl Marker {
 
 impl Axes {
     /// The directions that must not vanish.
-    pub(super) fn directions(self) -> Vec<Vector> {
+    fn directions(self) -> Vec<Vector> {
         match self {
             Axes::Rotation(_) => Vec::new(),
             Axes::Along(z) => vec![z],
@@ -92,8 +93,20 @@ impl Axes {
         }
     }
 
+    /// The rotation whose columns are the axes, with the present values of parameters.
+    ///
+    /// # Errors
+    /// An axis without a direction.
+    pub(crate) fn checked_rotation(self, part: &str, value: &dyn Fn(Param) -> f64) -> Result<Matrix, Error> {
+        let length = |direction: Vector| direction.map(value).iter().fold(0.0f64, |sum, x| sum.hypot(*x));
+        let bad = self.directions().into_iter().map(length).find(|length| !(*length > 0.0 && length.is_finite()));
+        let Some(length) = bad else { return Ok(self.rotation(value)) };
+        let what = format!("the length of an axis of a marker of `{part}`");
+        Err(Error::Parameter { what, value: length, must_be: "positive, and axes must not be parallel to each other" })
+    }
+
     /// The rotation whose columns are the axes. `value` is the present value of a parameter.
-    pub(super) fn rotation(self, value: &dyn Fn(Param) -> f64) -> Matrix {
+    fn rotation(self, value: &dyn Fn(Param) -> f64) -> Matrix {
         match self {
             Axes::Rotation(rotation) => rotation,
             Axes::Along(z) => shortest(vectors::unit(z), value),

@@ -1,85 +1,108 @@
 //! The bodies of a scene in space, the frames of their joints, and where bodies and markers are fixed.
 
-use super::Inertia;
-use super::formula::Motion;
-use super::inertia::Moments;
+use super::inertia::{Inertia, Moments};
+use super::marker::{Body, Marker};
 use super::vectors::{self, Matrix, Vector};
+use crate::Error;
 use crate::model::{Coordinate, Param};
 
 /// A body.
 #[derive(Clone, Debug)]
-pub(in crate::scene) struct BodyPart {
-    pub(super) name: String,
-    pub(super) inertia: Inertia,
+pub(crate) struct BodyPart {
+    pub(crate) name: String,
+    pub(crate) inertia: Inertia,
     /// The joint that carries it, and where it is fixed; `None` until the joint is added.
-    pub(super) carried: Option<(String, Carried)>,
+    pub(crate) carried: Option<(String, Carried)>,
 }
 
 /// A frame that moves relative to its parent, by a fixed rotation and origin and then by a motion.
 #[derive(Clone, Debug)]
-pub(in crate::scene) struct Frame {
+pub(crate) struct Frame {
     /// The number of the parent; `None` for the ground.
-    pub(super) parent: Option<usize>,
-    pub(super) turn: Matrix,
-    pub(super) origin: Vector,
-    pub(super) motion: Motion<Following>,
+    pub(crate) parent: Option<usize>,
+    pub(crate) turn: Matrix,
+    pub(crate) origin: Vector,
+    pub(crate) motion: Motion<Following>,
     /// The bodies that are fixed in it.
-    pub(super) moments: Moments,
+    pub(crate) moments: Moments,
 }
 
 /// Where a body or a marker is fixed: in a frame, or at the ground.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::scene) struct Carried {
-    pub(super) frame: Option<usize>,
-    pub(super) turn: Matrix,
-    pub(super) origin: Vector,
+pub(crate) struct Carried {
+    pub(crate) frame: Option<usize>,
+    pub(crate) turn: Matrix,
+    pub(crate) origin: Vector,
+}
+
+/// The motion of an inner frame relative to an outer one: about or along one of its axes (0, 1, 2), or a rotation by Euler parameters e, which need
+/// not have the length 1.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Motion<C> {
+    Turn(usize, C),
+    Slide(usize, C),
+    Ball([C; 4]),
 }
 
 /// A factor times a coordinate, plus an offset.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Following {
-    pub(super) coordinate: Coordinate,
-    pub(super) factor: Param,
-    pub(super) offset: Param,
+pub(crate) struct Following {
+    pub(crate) coordinate: Coordinate,
+    pub(crate) factor: Param,
+    pub(crate) offset: Param,
 }
 
 /// All bodies and frames of a scene in space. Parents are before the frames that they carry.
 #[derive(Clone, Debug, Default)]
-pub(in crate::scene) struct Bodies {
-    pub(super) all: Vec<BodyPart>,
-    pub(super) frames: Vec<Frame>,
+pub(crate) struct Bodies {
+    pub(crate) all: Vec<BodyPart>,
+    pub(crate) frames: Vec<Frame>,
 }
 
 impl Carried {
     /// At the origin of a frame, or of the ground.
-    pub(super) fn at_origin(frame: Option<usize>) -> Self {
+    pub(crate) fn at_origin(frame: Option<usize>) -> Self {
         Carried { frame, turn: vectors::identity(), origin: vectors::zero() }
     }
 
     /// A point and axes of a body that is fixed here.
-    pub(super) fn inner(&self, turn: Matrix, at: Vector) -> Self {
+    pub(crate) fn inner(&self, turn: Matrix, at: Vector) -> Self {
         let origin = vectors::add(self.origin, vectors::apply(self.turn, at));
         Carried { frame: self.frame, turn: vectors::product(self.turn, turn), origin }
     }
 }
 
 impl Following {
-    pub(super) fn of(coordinate: Coordinate) -> Self {
+    pub(crate) fn of(coordinate: Coordinate) -> Self {
         Following { coordinate, factor: 1.0.into(), offset: 0.0.into() }
     }
 }
 
 impl Bodies {
     /// Adds the frames of a joint, and returns its inner marker.
-    pub(super) fn add_frames(&mut self, outer: Carried, motions: Vec<Motion<Following>>) -> Carried {
+    pub(crate) fn add_frames(&mut self, outer: Carried, motions: Vec<Motion<Following>>) -> Carried {
         motions.into_iter().fold(outer, |Carried { frame: parent, turn, origin }, motion| {
             self.frames.push(Frame { parent, turn, origin, motion, moments: Moments::none() });
             Carried::at_origin(Some(self.frames.len() - 1))
         })
     }
 
+    /// Where a marker is fixed, with the present values of parameters.
+    ///
+    /// # Errors
+    /// An axis without a direction, or a body that no joint carries.
+    pub(crate) fn fixed_at(&self, part: &str, marker: Marker, value: &dyn Fn(Param) -> f64) -> Result<Carried, Error> {
+        let axes = marker.axes.checked_rotation(part, value)?;
+        let Body(Some(body)) = marker.body else { return Ok(Carried::at_origin(None).inner(axes, marker.at)) };
+        let BodyPart { name, carried, .. } = &self.all[body.index];
+        match carried {
+            Some((_, carried)) => Ok(carried.inner(axes, marker.at)),
+            None => Err(Error::NotCarried { part: part.into(), body: name.clone() }),
+        }
+    }
+
     /// Lets a joint carry a body that is fixed here.
-    pub(super) fn carry(&mut self, body: usize, joint: &str, at: Carried) {
+    pub(crate) fn carry(&mut self, body: usize, joint: &str, at: Carried) {
         let body = &mut self.all[body];
         body.carried = Some((joint.into(), at));
         if let Some(frame) = at.frame {
@@ -88,7 +111,7 @@ impl Bodies {
     }
 
     /// The frames of every tree.
-    pub(super) fn trees(&self) -> Vec<Vec<usize>> {
+    pub(crate) fn trees(&self) -> Vec<Vec<usize>> {
         let (mut trees, mut of): (Vec<Vec<usize>>, Vec<usize>) = (Vec::new(), Vec::new());
         for (which, frame) in self.frames.iter().enumerate() {
             let tree = frame.parent.map_or(trees.len(), |parent| of[parent]);
@@ -102,7 +125,7 @@ impl Bodies {
     }
 
     /// The frames from the ground, or from behind another frame, to a frame.
-    pub(super) fn chain(&self, from: Option<usize>, to: Option<usize>) -> Vec<usize> {
+    pub(crate) fn chain(&self, from: Option<usize>, to: Option<usize>) -> Vec<usize> {
         let parents = std::iter::successors(to, |frame| self.frames[*frame].parent);
         let mut chain: Vec<usize> = parents.take_while(|frame| Some(*frame) != from).collect();
         chain.reverse();
@@ -110,13 +133,13 @@ impl Bodies {
     }
 
     /// The last frame that carries both frames; `None` if this is the ground.
-    pub(super) fn common(&self, a: Option<usize>, b: Option<usize>) -> Option<usize> {
+    pub(crate) fn common(&self, a: Option<usize>, b: Option<usize>) -> Option<usize> {
         let [a, b] = [a, b].map(|frame| self.chain(None, frame));
         a.iter().zip(&b).take_while(|(a, b)| a == b).last().map(|(a, _)| *a)
     }
 
     /// The name of the first body that one of these frames carries.
-    pub(super) fn first_of(&self, frames: &[usize]) -> &str {
+    pub(crate) fn first_of(&self, frames: &[usize]) -> &str {
         let is_among = |frame: usize| frames.binary_search(&frame).is_ok();
         let is_here = |body: &&BodyPart| body.carried.as_ref().and_then(|(_, at)| at.frame).is_some_and(is_among);
         self.all.iter().find(is_here).map_or("bodies", |body| &body.name)

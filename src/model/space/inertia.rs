@@ -7,10 +7,10 @@ use crate::model::Param;
 /// Mass, centre of mass and inertia tensor of a body. Each of the ten numbers may be a design variable or an expression.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertia {
-    pub(super) mass: Param,
-    pub(super) centre: Vector,
+    pub(crate) mass: Param,
+    pub(crate) centre: Vector,
     /// J_xx, J_yy, J_zz, J_xy, J_xz, J_yz about the centre of mass, in the axes of the body.
-    pub(super) tensor: [Param; 6],
+    pub(crate) tensor: [Param; 6],
 }
 
 impl Inertia {
@@ -58,30 +58,30 @@ impl Inertia {
         Inertia { centre: centre.params(), ..self }
     }
 
-    pub(super) fn params(&self) -> Vec<Param> {
+    pub(crate) fn params(&self) -> Vec<Param> {
         [&[self.mass], &self.centre[..], &self.tensor].concat()
     }
 }
 
 /// m, m c and the tensor J about the origin of a frame: sums for bodies that do not move relative to each other.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Moments {
-    pub(super) mass: Param,
-    pub(super) first: Vector,
+pub(crate) struct Moments {
+    pub(crate) mass: Param,
+    pub(crate) first: Vector,
     /// J_xx, J_yy, J_zz, J_xy, J_xz, J_yz.
-    pub(super) second: [Param; 6],
+    pub(crate) second: [Param; 6],
 }
 
 /// The entries of a symmetric matrix in the order of their storage.
 const ENTRIES: [[usize; 2]; 6] = [[0, 0], [1, 1], [2, 2], [0, 1], [0, 2], [1, 2]];
 
 impl Moments {
-    pub(super) fn none() -> Self {
+    pub(crate) fn none() -> Self {
         Moments { mass: 0.0.into(), first: vectors::zero(), second: [0.0.into(); 6] }
     }
 
     /// Of a body whose frame has this rotation and origin.
-    pub(super) fn of(inertia: &Inertia, turn: Matrix, origin: Vector) -> Self {
+    pub(crate) fn of(inertia: &Inertia, turn: Matrix, origin: Vector) -> Self {
         let [xx, yy, zz, xy, xz, yz] = inertia.tensor;
         let tensor = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]];
         let turned = turn.map(|row| vectors::apply(tensor, row));
@@ -96,7 +96,12 @@ impl Moments {
         Moments { mass: inertia.mass, first: vectors::scaled(centre, inertia.mass), second }
     }
 
-    pub(super) fn add(&mut self, other: &Moments) {
+    pub(crate) fn are_none(&self) -> bool {
+        let all = self.first.iter().chain(&self.second).chain([&self.mass]);
+        all.into_iter().all(|param| param.constant() == Some(0.0))
+    }
+
+    pub(crate) fn add(&mut self, other: &Moments) {
         self.mass = vectors::plus(self.mass, other.mass);
         self.first = vectors::add(self.first, other.first);
         self.second = std::array::from_fn(|i| vectors::plus(self.second[i], other.second[i]));

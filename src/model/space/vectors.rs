@@ -2,18 +2,18 @@
 
 use crate::model::Param;
 
-pub(super) type Vector = [Param; 3];
+pub(crate) type Vector = [Param; 3];
 /// Rows of a matrix.
-pub(super) type Matrix = [[Param; 3]; 3];
+pub(crate) type Matrix = [[Param; 3]; 3];
 
 /// Entries of rotations this close to 0, 1 and −1 are equal to them, so that formulas do not contain them.
 const ROUNDING: f64 = 1e-14;
 
-pub(super) fn zero() -> Vector {
+pub(crate) fn zero() -> Vector {
     [0.0.into(); 3]
 }
 
-pub(super) fn identity() -> Matrix {
+pub(crate) fn identity() -> Matrix {
     std::array::from_fn(|i| std::array::from_fn(|j| f64::from(i == j).into()))
 }
 
@@ -21,11 +21,11 @@ fn is(x: Param, value: f64) -> bool {
     x.constant() == Some(value)
 }
 
-pub(super) fn times(a: Param, b: Param) -> Param {
+pub(crate) fn times(a: Param, b: Param) -> Param {
     if is(a, 0.0) || is(b, 0.0) { 0.0.into() } else { a * b }
 }
 
-pub(super) fn plus(a: Param, b: Param) -> Param {
+pub(crate) fn plus(a: Param, b: Param) -> Param {
     match (is(a, 0.0), is(b, 0.0)) {
         (true, _) => b,
         (_, true) => a,
@@ -33,44 +33,44 @@ pub(super) fn plus(a: Param, b: Param) -> Param {
     }
 }
 
-pub(super) fn sum(terms: impl IntoIterator<Item = Param>) -> Param {
+pub(crate) fn sum(terms: impl IntoIterator<Item = Param>) -> Param {
     terms.into_iter().fold(0.0.into(), plus)
 }
 
-pub(super) fn dot(a: Vector, b: Vector) -> Param {
+pub(crate) fn dot(a: Vector, b: Vector) -> Param {
     sum((0..3).map(|i| times(a[i], b[i])))
 }
 
-pub(super) fn add(a: Vector, b: Vector) -> Vector {
+pub(crate) fn add(a: Vector, b: Vector) -> Vector {
     std::array::from_fn(|i| plus(a[i], b[i]))
 }
 
-pub(super) fn scaled(a: Vector, factor: Param) -> Vector {
+pub(crate) fn scaled(a: Vector, factor: Param) -> Vector {
     a.map(|x| times(x, factor))
 }
 
-pub(super) fn negated(a: Vector) -> Vector {
+pub(crate) fn negated(a: Vector) -> Vector {
     a.map(|x| times(x, (-1.0).into()))
 }
 
-pub(super) fn cross(a: Vector, b: Vector) -> Vector {
+pub(crate) fn cross(a: Vector, b: Vector) -> Vector {
     std::array::from_fn(|i| {
         let (j, k) = ((i + 1) % 3, (i + 2) % 3);
         plus(times(a[j], b[k]), -times(a[k], b[j]))
     })
 }
 
-pub(super) fn transposed(a: Matrix) -> Matrix {
+pub(crate) fn transposed(a: Matrix) -> Matrix {
     std::array::from_fn(|i| std::array::from_fn(|j| a[j][i]))
 }
 
 /// A x.
-pub(super) fn apply(a: Matrix, x: Vector) -> Vector {
+pub(crate) fn apply(a: Matrix, x: Vector) -> Vector {
     a.map(|row| dot(row, x))
 }
 
 /// A B.
-pub(super) fn product(a: Matrix, b: Matrix) -> Matrix {
+pub(crate) fn product(a: Matrix, b: Matrix) -> Matrix {
     let columns = transposed(b);
     a.map(|row| columns.map(|column| clean(dot(row, column))))
 }
@@ -82,12 +82,12 @@ fn clean(x: Param) -> Param {
 }
 
 /// The rotation with the columns x, y and z.
-pub(super) fn of_columns(x: Vector, y: Vector, z: Vector) -> Matrix {
+pub(crate) fn of_columns(x: Vector, y: Vector, z: Vector) -> Matrix {
     transposed([x, y, z]).map(|row| row.map(clean))
 }
 
 /// x/|x|.
-pub(super) fn unit(x: Vector) -> Vector {
+pub(crate) fn unit(x: Vector) -> Vector {
     let length = dot(x, x).sqrt();
     x.map(|x| if is(x, 0.0) || is(length, 1.0) { x } else { x / length })
 }

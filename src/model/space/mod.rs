@@ -1,0 +1,14 @@
+//! Rigid bodies in space as data: bodies, markers, and the frames of joints.
+
+mod bodies;
+mod components;
+mod inertia;
+mod marker;
+mod vectors;
+
+pub(crate) use bodies::{Bodies, BodyPart, Carried, Following, Frame, Motion};
+pub use components::Components;
+pub use inertia::Inertia;
+pub(crate) use inertia::Moments;
+pub use marker::{Body, Marker};
+pub(crate) use vectors::{Matrix, Vector, add, apply, negated, plus, scaled, transposed, zero};
