@@ -1,7 +1,10 @@
 //! Markers: costs, forces, springs and loops.
 
 use hamiltonian_adjoint::spatial::{Body, Inertia, MarkerFunction, MarkerPoint, Quantity};
-use hamiltonian_adjoint::{Error, Grid, Inputs, Scalar, Scene, Settings, Solver, Start, Sum, planar};
+use hamiltonian_adjoint::{
+    Cost, CostPoint, Error, Grid, Inputs, Mechanics, Scalar, Scene, Settings, Solver, Start, Sum, planar,
+};
+use nalgebra::SVector;
 
 use crate::common::{assert_gradient_is_exact_with, assert_says};
 
@@ -121,5 +124,61 @@ fn impossible_inertias_are_refused() -> Result<(), Error> {
     let other = scene.spatial().body("other", Inertia::new(1.0, [0.1, 0.1, 0.1, 0.2, 0.0, 0.0]));
     scene.spatial().fixed("weld", top.origin(), other.origin());
     assert_says(&scene.compile().map(|_| ()).expect_err("a negative moment"), &["`other`", "-1.0000e-1"]);
+    Ok(())
+}
+
+/// λ.
+struct Reaction;
+
+impl Cost<0, 1, 0, 0> for Reaction {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 1, 0>, _b: &SVector<S, 0>) -> S {
+        at.lambda[0]
+    }
+}
+
+#[test]
+fn a_load_cell_measures_force_and_torque() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let mass = scene.design("mass", 0.7);
+    let torque = scene.control("torque");
+    let mut space = scene.spatial();
+    space.gravity([0.0, 0.0, -9.81]);
+    let [foot, rod] = [Inertia::none(), Inertia::new(mass, [0.02, 0.03, 0.015, 0.001, -0.002, 0.0015])];
+    let (foot, rod) = (space.body("foot", foot), space.body("rod", rod));
+    let cell = space.load_cell("cell", Body::GROUND.at([0.2, 0.0, 0.1]), foot.origin());
+    let axis = [0.0, 1.0, 0.0];
+    let hinge = space.revolute("hinge", foot.at([0.0, 0.0, 0.3]).along(axis), rod.at([-0.4, 0.05, 0.0]).along(axis));
+    space.torque("motor", foot.at([0.0; 3]).along(axis), rod.origin().along(axis), torque);
+    let multipliers = [cell.force, cell.torque].concat();
+    for (k, multiplier) in multipliers.iter().enumerate() {
+        scene.cost(&format!("reaction {k}"), Reaction, Sum::Integral, [], [*multiplier], [], []);
+    }
+    scene.place(hinge.angle, 0.3);
+    let system = scene.compile()?;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
+    inputs.controls.iter_mut().enumerate().for_each(|(k, u)| *u = (0.3 * k as f64).sin());
+    inputs.start.rate_mut()[hinge.angle.index()] = 2.0;
+    assert_gradient_is_exact_with("load cell", &system, &inputs, Settings::default());
+    // Newton's and Euler's equations of the rod, about the origin of the cell.
+    let at = Mechanics::at_start(&system, &inputs)?;
+    let (centre, lambda) = (at.marker(rod.origin())?, at.accelerations()?.1);
+    let force = centre.acceleration.map(|a| 0.7 * a);
+    let force = [force[0], force[1], force[2] + 0.7 * 9.81];
+    let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let tensor = [[0.02, 0.001, -0.002], [0.001, 0.03, 0.0015], [-0.002, 0.0015, 0.015]];
+    let own = |x: [f64; 3]| centre.axes.map(|axis| (0..3).map(|i| axis[i] * x[i]).sum::<f64>());
+    let spin = |x: [f64; 3]| {
+        let inner = tensor.map(|row: [f64; 3]| (0..3).map(|i| row[i] * own(x)[i]).sum::<f64>());
+        [0, 1, 2].map(|i| (0..3).map(|j| centre.axes[j][i] * inner[j]).sum::<f64>())
+    };
+    let (faster, gyro) = (spin(centre.angular_acceleration), cross(centre.angular_velocity, spin(centre.angular_velocity)));
+    let arm = [centre.position[0] - 0.2, centre.position[1], centre.position[2] - 0.1];
+    let moment = cross(arm, force);
+    for i in 0..3 {
+        let (own, torque) = (-lambda[cell.force[i].index()], -lambda[cell.torque[i].index()]);
+        assert!((own - force[i]).abs() < 1e-12, "force {i}: {own} for {}", force[i]);
+        let expected = faster[i] + gyro[i] + moment[i];
+        assert!((torque - expected).abs() < 1e-12, "torque {i}: {torque} for {expected}");
+    }
     Ok(())
 }

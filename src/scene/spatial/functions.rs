@@ -69,7 +69,7 @@ pub enum Quantity {
 }
 
 /// Paths to markers, and the place of the user's constants behind those of the paths.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Markers {
     pub(super) paths: Vec<Path>,
     pub(super) own: usize,
@@ -201,11 +201,5 @@ impl Spatial<'_> {
     fn path(&mut self, part: &str, marker: Marker, of: &mut Arguments) -> Option<Path> {
         let at = self.fixed_at(part, marker)?;
         Some(self.scene.parts.sketch.space.path(None, &at, of))
-    }
-}
-
-impl Default for Markers {
-    fn default() -> Self {
-        Markers { paths: Vec::new(), own: 0 }
     }
 }

@@ -3,7 +3,7 @@
 use super::Spatial;
 use crate::Error;
 use crate::model::space::{self, Body, BodyPart, Carried, Components, Following, Marker, Motion};
-use crate::model::{Coordinate, Param};
+use crate::model::{Coordinate, Multiplier, Param};
 use crate::scene::Scene;
 
 /// A joint with one angle.
@@ -59,6 +59,29 @@ pub struct Free {
     pub position: [Coordinate; 3],
     /// The Euler parameters e of the rotation of b relative to a, with |e| = 1.
     pub orientation: [Coordinate; 4],
+}
+
+/// A rigid connection whose force and torque are measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LoadCell {
+    /// The multipliers of the force along the axes x, y and z of a. Their reactions λ (N) act on b as −λ and on a as λ.
+    pub force: [Multiplier; 3],
+    /// The multipliers of the torque about these axes, with reactions in N m of the same signs.
+    pub torque: [Multiplier; 3],
+}
+
+/// q = 0.
+struct Locked;
+
+impl crate::Constraint<6, 6> for Locked {
+    fn phi<S: crate::Scalar>(
+        &self,
+        q: &nalgebra::SVector<S, 6>,
+        _b: &nalgebra::SVector<S, 0>,
+        _t: S,
+    ) -> nalgebra::SVector<S, 6> {
+        *q
+    }
 }
 
 /// |e|² − 1 = 0, halved so that its derivative is e.
@@ -133,6 +156,22 @@ impl Spatial<'_> {
     /// Fixes b to a.
     pub fn fixed(&mut self, name: &str, a: Marker, b: Marker) {
         self.join(name, a, b, Vec::new());
+    }
+
+    /// Fixes b to a by a load cell, whose multipliers are the impulses of the force and torque that the connection transmits: read their reactions λ in
+    /// costs and outputs. To measure the forces in a joint, insert a body without mass between it and its outer body, and fix that by a load cell.
+    ///
+    /// The cell has six coordinates, which six constraints keep at zero.
+    pub fn load_cell(&mut self, name: &str, a: Marker, b: Marker) -> LoadCell {
+        let q = self.scene.coordinates(name, ["x", "y", "z", "turn about x", "turn about y", "turn about z"]);
+        let of = q.map(Following::of);
+        let [x, y, z, motions @ ..] = [0, 1, 2, 3, 4, 5].map(|k| match k {
+            0..3 => Motion::Slide(k, of[k]),
+            _ => Motion::Turn(k - 3, of[k]),
+        });
+        self.join(name, a, b, [&[x, y, z][..], &motions].concat());
+        let [x, y, z, torque @ ..] = self.scene.constraint(name, Locked, q, []);
+        LoadCell { force: [x, y, z], torque }
     }
 
     /// Adds a ball joint. Its orientation has four coordinates, the Euler parameters e, and one constraint, (|e|² − 1)/2 = 0.

@@ -30,7 +30,7 @@ mod tree;
 
 pub use forces::MarkerForce;
 pub use functions::{MarkerFunction, MarkerPoint, Quantity};
-pub use joints::{Ball, Cylindrical, Free, PlanarJoint, Prismatic, Revolute, Universal};
+pub use joints::{Ball, Cylindrical, Free, LoadCell, PlanarJoint, Prismatic, Revolute, Universal};
 pub use path::{Load, MarkerState};
 
 use super::Scene;
