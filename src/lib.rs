@@ -122,7 +122,7 @@ pub use motion::{
     Compliance, Composition, Grid, Held, Inputs, Occurrence, Progress, Report, Start, States, Task, Trajectory,
 };
 pub use number::{Arithmetic, Cx, Hyper, Real, Scalar};
-pub use scene::{EndState, Scene, planar, scenes, spatial};
+pub use scene::{EndState, Scene, axis, planar, scenes, spatial};
 pub use scheme::Scheme;
 pub use settings::Settings;
 pub use solver::{LiftedSolver, LongSolver, Mechanics, Solver, State, Stopped, gradient, gradients, simulate};

@@ -2,6 +2,7 @@
 //!
 //! The methods that add parts never fail; [`Scene::compile`] checks everything and returns the [`System`] to be simulated.
 
+pub mod axis;
 mod checks;
 mod costs;
 mod events;

@@ -47,7 +47,7 @@ pub struct CoulombFriction;
 
 impl Force<6, 0, 2> for CoulombFriction {
     fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 2>) -> SVector<S, 6> {
-        torque(b[0] * ((at.v[2] - at.v[5]) / b[1]).tanh())
+        torque(dry_friction(at.v[5] - at.v[2], [b[0], b[1]]))
     }
 }
 
@@ -59,8 +59,13 @@ pub struct CoulombSliding;
 impl Force<6, 0, 7> for CoulombSliding {
     fn force<S: Scalar>(&self, at: &ForcePoint<S, 6, 0>, b: &SVector<S, 7>) -> SVector<S, 6> {
         let along = Link::new(&at.q, b.as_slice()).along_axis(&axis(&at.q, b[4]));
-        along * -(b[5] * (along.dot(&at.v) / b[6]).tanh())
+        along * dry_friction(along.dot(&at.v), [b[5], b[6]])
     }
+}
+
+/// The regularised dry friction −F tanh(v/v_s) against a relative speed v.
+pub(in crate::scene) fn dry_friction<S: Scalar>(v: S, [force, speed]: [S; 2]) -> S {
+    -(force * (v / speed).tanh())
 }
 
 pub(super) static BUSHING: Kind = Kind::of_points(

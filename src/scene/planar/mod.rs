@@ -38,6 +38,7 @@ mod tests;
 pub use crate::model::{Frame, Point};
 pub use body::{Body, Particle, PointMass, RigidBody, Weight};
 pub use circles::CircleContact;
+pub(super) use contact::dry_friction;
 pub use contact::{Bushing, BushingDamper, CoulombFriction, CoulombSliding};
 pub use drives::{AppliedForce, AppliedTorque, DrivenDistance, DrivenSlider, MOST_PARAMETERS, TwoPointActuator};
 pub use forces::{
@@ -51,6 +52,7 @@ pub(crate) use motion::MOTIONS;
 pub use motion::{Constant, ConstantSpeed, Harmonic, Motion};
 pub use rigid::{PointOnLine, RigidContact};
 pub use stops::{EndStop, SlidingEndStop};
+pub(super) use stops::{stop_force, within};
 
 /// All kinds of ready-made parts.
 #[cfg(feature = "files")]

@@ -36,23 +36,27 @@ impl Force<6, 0, 10> for SlidingEndStop {
 }
 
 /// The force of both stops along s; b = [lower and upper limit, k, c, w].
-fn stop_force<S: Scalar>(is_smooth: bool, s: S, rate: S, b: &[S]) -> S {
+pub(in crate::scene) fn stop_force<S: Scalar>(is_smooth: bool, s: S, rate: S, b: &[S]) -> S {
     let normal = |at| normal_force(is_smooth, 1.0, at, [b[2], b[3], b[4]]);
     normal([b[0] - s, -rate]) - normal([s - b[1], rate])
 }
 
-/// (s − lower) (upper − s)/(upper − lower), negative beyond the limits, for the coordinates that are there; b = [s_a, s_b, axis angle, lower,
+/// (s − lower) (upper − s)/(upper − lower), negative beyond the limits.
+pub(in crate::scene) fn within<S: Scalar>(s: S, [lower, upper]: [S; 2]) -> S {
+    (s - lower) * (upper - s) / (upper - lower)
+}
+
+/// The function of a stop's event, for the coordinates that are there; b = [s_a, s_b, axis angle, lower,
 /// upper] for a displacement, [lower, upper] for an angle.
 struct Range(&'static [usize]);
 
 impl ListCost for Range {
     fn cost<S: Scalar>(&self, at: &ListPoint<S>) -> S {
         let q = of_both(self.0, at.q);
-        let (s, [lower, upper]) = match at.b {
-            [lower, upper] => (q[5] - q[2], [*lower, *upper]),
-            b => (axis(&q, b[4]).dot(&Link::new(&q, b).between), [b[5], b[6]]),
-        };
-        (s - lower) * (upper - s) / (upper - lower)
+        match at.b {
+            [lower, upper] => within(q[5] - q[2], [*lower, *upper]),
+            b => within(axis(&q, b[4]).dot(&Link::new(&q, b).between), [b[5], b[6]]),
+        }
     }
 }
 
@@ -114,7 +118,7 @@ impl Scene {
     }
 
     /// Whether a contact or a stop has a smooth onset; its width is then required to be positive.
-    pub(super) fn is_smooth(&mut self, name: &str, width: Param) -> bool {
+    pub(in crate::scene) fn is_smooth(&mut self, name: &str, width: Param) -> bool {
         let is_smooth = width.constant() != Some(0.0);
         if is_smooth {
             self.require_positive(width, format!("the width of `{name}`"));
