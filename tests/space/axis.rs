@@ -206,7 +206,7 @@ fn gradients_are_exact_with_all_parts() {
     }
     let gradient = gradient(&arm.system, &inputs(&arm, 20), Settings::default()).expect("a gradient");
     println!("{}", gradient.design);
-    assert!(gradient.design.len() == 15 && gradient.design.iter().all(|of| of.abs() > 1e-6));
+    assert!(gradient.design.len() == 14 && gradient.design.iter().all(|of| of.abs() > 1e-6));
     let restarted = Settings { rebase_every: 3, drift_bound: 0.0, ..Settings::default() };
     assert_gradient_is_exact_with("restarts", &arm.system, &inputs(&arm, 20), restarted);
 }
