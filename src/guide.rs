@@ -37,6 +37,10 @@ pub mod long_and_hard_motions {}
 pub mod is_it_true {}
 
 #[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/space.md")]
+pub mod space {}
+
+#[doc = include_str!("guide_links.md")]
 #[doc = include_str!("../docs/impacts.md")]
 pub mod impacts {}
 
