@@ -16,7 +16,7 @@ compiler=$(rustc --version)
 
 command -v valgrind >/dev/null || { echo "error: valgrind is not installed (Debian: valgrind)" >&2; exit 2; }
 programs=${PROGRAMS:-${CARGO_TARGET_DIR:-$repository/target}/release/examples}
-[ -n "${PROGRAMS:-}" ] || cargo build --quiet --locked --release --manifest-path "$repository/Cargo.toml" --example cart_pendulum --example arm
+[ -n "${PROGRAMS:-}" ] || cargo build --quiet --locked --release --manifest-path "$repository/Cargo.toml" --example cart_pendulum --example arm --example robot_arm
 
 # Total instructions of a program with the given number of repetitions.
 total() {
@@ -54,6 +54,7 @@ row cart-3 "$programs/cart_pendulum" --links 3 --dt 0.02
 row cart-10 "$programs/cart_pendulum" --links 10 --dt 0.01
 row cart-30 "$programs/cart_pendulum" --links 30 --dt 0.01
 row arm "$programs/arm"
+row robot-arm "$programs/robot_arm"
 
 case $mode in
 record) printf '%s\n' "$fresh" >"$recorded" ;;

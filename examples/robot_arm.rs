@@ -57,12 +57,14 @@ fn arm(with_design: bool) -> Result<System, Error> {
         let link = space.body(&format!("link {}", k + 1), inertia);
         let socket = outer.at(origin).turned([roll.to_radians(), 0.0, 0.0]);
         angles.push(space.revolute(&format!("hinge {}", k + 1), socket, link.origin()).angle);
-        space.torque(&format!("motor {}", k + 1), socket, link.origin(), torques[k]);
         outer = link;
     }
     let tip = outer.at([0.0, 0.0, 0.2]);
     space.cost("miss", Miss, Sum::Terminal, &[tip], &[], &[0.4.into(), 0.3.into(), 0.5.into()]);
-    angles.iter().zip(START).for_each(|(angle, start)| scene.place(*angle, start));
+    for (k, angle) in angles.into_iter().enumerate() {
+        scene.place(angle, START[k]);
+        scene.motor(&format!("motor {}", k + 1), angle, torques[k]);
+    }
     scene.compile()
 }
 

@@ -153,7 +153,13 @@ impl Spatial<'_> {
 
     /// Adds the torque u (N m) on the body of marker b about the z axis of b, and the opposite one on the body of a.
     pub fn torque(&mut self, name: &str, a: Marker, b: Marker, u: Control) {
-        self.force(name, Twist, &[b, a], &[u], &[]);
+        self.opposite(name, Twist, [b, a], &[u], &[]);
+    }
+
+    /// Adds opposite loads on two markers.
+    fn opposite(&mut self, name: &str, force: impl MarkerForce, both: [Marker; 2], u: &[Control], b: &[Param]) {
+        let Some((markers, Arguments { q, b })) = self.pair(name, both, b) else { return };
+        self.scene.list_force(name, OnMarkers { force, markers }, &q, u, &b.0);
     }
 
     /// Adds a force (N) at a marker and a torque (N m) on its body, with constant components in the inertial frame.
@@ -172,7 +178,7 @@ impl Spatial<'_> {
 
     /// Adds a force u (N) between two markers that drives them apart.
     pub fn two_point_actuator(&mut self, name: &str, a: Marker, b: Marker, u: Control) {
-        self.force(name, Push, &[a, b], &[u], &[]);
+        self.opposite(name, Push, [a, b], &[u], &[]);
     }
 
     /// Adds a spring and a damper between two markers; `numbers` are stiffness (N/m), free length (m) and damping (N s/m). The markers may coincide only if the free length
@@ -180,12 +186,12 @@ impl Spatial<'_> {
     pub fn spring_damper(&mut self, name: &str, a: Marker, b: Marker, numbers: impl Components<3>) {
         let [stiffness, free_length, damping] = numbers.params();
         if stiffness.constant() != Some(0.0) {
-            let Some((markers, Arguments { q, b })) = self.markers(name, &[a, b], &[stiffness, free_length]) else { return };
+            let Some((markers, Arguments { q, b })) = self.pair(name, [a, b], &[stiffness, free_length]) else { return };
             let spring = Spring { markers, is_slack: free_length.constant() == Some(0.0) };
             self.scene.list_potential_energy(&format!("{name} (spring)"), spring, &q, &b.0);
         }
         if damping.constant() != Some(0.0) {
-            self.force(&format!("{name} (damper)"), Damper, &[a, b], &[], &[damping]);
+            self.opposite(&format!("{name} (damper)"), Damper, [a, b], &[], &[damping]);
         }
     }
 }

@@ -5,7 +5,7 @@ use super::formula::{cross, plus, scaled};
 use super::path::{MarkerState, Path};
 use super::{Marker, Spatial};
 use crate::model::{Control, Event, Output, Param};
-use crate::{ListCost, ListPoint, Scalar, Sum};
+use crate::{Error, ListCost, ListPoint, Scalar, Sum};
 
 /// A function of the positions and motions of markers, for costs, outputs and events.
 ///
@@ -201,5 +201,18 @@ impl Spatial<'_> {
     fn path(&mut self, part: &str, marker: Marker, of: &mut Arguments) -> Option<Path> {
         let at = self.fixed_at(part, marker)?;
         Some(self.scene.parts.sketch.space.path(None, &at, of))
+    }
+
+    /// As [`markers`](Self::markers), relative to the last frame that carries both: for forces that act between them.
+    pub(super) fn pair(&mut self, part: &str, both: [Marker; 2], b: &[Param]) -> Option<(Markers, Arguments)> {
+        let [first, second] = [self.fixed_at(part, both[0])?, self.fixed_at(part, both[1])?];
+        let (space, mut of) = (&self.scene.parts.sketch.space, Arguments::default());
+        let base = space.common(first.frame, second.frame);
+        let paths = [first, second].iter().map(|at| space.path(base, at, &mut of)).collect();
+        of.b.0.extend(b);
+        if of.q.is_empty() {
+            self.scene.report(Error::NoBody { element: part.into() });
+        }
+        Some((Markers { paths, own: b.len() }, of))
     }
 }
