@@ -6,7 +6,7 @@
 //! ```text
 //!   w = Jᵀ Rᵀ w_p + ω,     u = Jᵀ (Rᵀ (u_p + w_p × p) + Rᵀ w_p × s) + ν
 //!   T = Σ ½ m u·u + u·(w × m c) + ½ w·J w
-//!   V = −Σ g·(m c + Σ_children m p) − Σ m g·s
+//!   V = −Σ g·(m c + Σ_children m p) − Σ m g·s − m g·p of the whole tree and its first frame
 //! ```
 //!
 //! where s is the offset of a slide, g is gravity in the axes of the node, m c and J are about the origin of the node, and the masses in V are those of
@@ -116,6 +116,9 @@ impl ListPotentialEnergy for Weight {
         let mut energy = S::from(0.0);
         for Node { parent, fixed, motion, weighted, carried, .. } in self.0.nodes.iter() {
             let outer = parent.map_or_else(|| values(self.0.gravity, b), |parent| gravity[parent]);
+            if parent.is_none() {
+                energy -= dot(outer, scaled(fixed.origin(b), carried.value(b)));
+            }
             let (before, moved) = (fixed.inward(outer, b), motion.at(q, b));
             energy -= dot(before, scaled(moved.origin(), carried.value(b)));
             let own = moved.inward(before);
