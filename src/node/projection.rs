@@ -149,14 +149,14 @@ impl Projection<'_> {
         of_l_v <= 0.5 * correction && at.left.sigma.iter().zip(&terms).all(is_rounding)
     }
 
-    /// t_j: the lengths in Φ_j and Σ |∂Φ_j/∂q_i| |q_i|. Terms of formulas with small derivatives are not known; they are assumed to be as large as in
-    /// the other formulas.
+    /// t_j: the lengths in Φ_j and Σ |∂Φ_j/∂q_i| max(|q_i|, 1), because sin q and cos q are not small where an angle is. Terms of formulas with small
+    /// derivatives are not known; they are assumed to be as large as in the other formulas.
     fn terms(&mut self, at: &Point) -> Vec<f64> {
         self.lengths.phi.copy_from_slice(&at.left.sigma);
         self.lengths.measure(self.system, self.motion, self.linearisation, self.node);
         let mut terms = self.lengths.of_equations.clone();
         let entries = self.system.phi_q(&NodeView { q: &at.q, ..self.motion.at(self.node) });
-        entries.iter().for_each(|entry| terms[entry.row] += (entry.value * at.q[entry.col]).abs());
+        entries.iter().for_each(|entry| terms[entry.row] += entry.value.abs() * larger(at.q[entry.col].abs(), 1.0));
         let waves = &self.linearisation.evaluation.constants.waves;
         let mut is_known = vec![false; terms.len()];
         waves.iter().for_each(|wave| is_known[wave.equation] = true);
