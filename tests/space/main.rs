@@ -6,3 +6,4 @@ mod common;
 mod axis;
 mod markers;
 mod trees;
+mod truth;
