@@ -22,7 +22,8 @@ pub struct Marker {
 pub(crate) enum Axes {
     /// The columns of this matrix.
     Rotation(Matrix),
-    /// The z axis has this direction; the others are those of the body after the shortest rotation.
+    /// The z axis has this direction; the others are those of the body after the shortest rotation, or near −z after a half turn about x and the
+    /// shortest rotation from there.
     Along(Vector),
     /// The z axis has the first direction; the x axis has that of the second one perpendicular to it.
     Toward(Vector, Vector),
@@ -44,7 +45,8 @@ impl Body {
 }
 
 impl Marker {
-    /// The marker with its z axis in a direction of the body's frame; x and y are those of the body after the shortest rotation.
+    /// The marker with its z axis in a direction of the body's frame; x and y are those of the body after the shortest rotation. For directions within
+    /// 26° of −z they are those after a half turn about x and the shortest rotation from −z.
     #[must_use]
     pub fn along(self, z: impl Components<3>) -> Self {
         Marker { axes: Axes::Along(z.params()), ..self }
@@ -119,10 +121,13 @@ impl Axes {
     }
 }
 
-/// The shortest rotation from the z axis to a unit vector n, R = 1 + [a]ₓ + [a]ₓ²/(1 + n_z) with a = ẑ × n. In the lower half-space, where it becomes
-/// singular at −ẑ, it follows a half turn about x.
+/// Where the shortest rotation from the z axis is replaced: far from horizontal directions, whose z may be 0 or a rounding error of either sign.
+const BELOW: f64 = -0.9;
+
+/// The shortest rotation from the z axis to a unit vector n, R = 1 + [a]ₓ + [a]ₓ²/(1 + n_z) with a = ẑ × n. Near −ẑ, where it becomes singular, it is
+/// the shortest rotation from −ẑ after a half turn about x.
 fn shortest(n: Vector, value: &dyn Fn(Param) -> f64) -> Matrix {
-    let is_below = value(n[2]) < 0.0;
+    let is_below = value(n[2]) < BELOW;
     let [x, y, z] = if is_below { [n[0], -n[1], -n[2]] } else { n };
     let share = (z + 1.0).recip();
     let (xx, xy, yy) = (vectors::times(x, x), vectors::times(x, y), vectors::times(y, y));
