@@ -117,7 +117,7 @@ impl Scene {
         for frames in bodies.trees().into_iter().filter(is_heavy) {
             let (tree, Arguments { q, b }) = bodies.tree(&frames, gravity);
             let name = bodies.first_of(&frames);
-            self.list_kinetic_energy(name, Kinetic(tree.clone()), &q, &b.0);
+            self.list_kinetic_energy(&format!("motion of {name}"), Kinetic(tree.clone()), &q, &b.0);
             if has_weight {
                 self.list_potential_energy(&format!("weight of {name}"), Weight(tree), &q, &b.0);
             }
