@@ -11,13 +11,14 @@ pub struct Inertia {
     pub(crate) centre: Vector,
     /// J_xx, J_yy, J_zz, J_xy, J_xz, J_yz about the centre of mass, in the axes of the body.
     pub(crate) tensor: [Param; 6],
+    pub(crate) is_unchecked: bool,
 }
 
 impl Inertia {
     /// From the mass, kg, and the entries J_xx, J_yy, J_zz, J_xy, J_xz, J_yz of the inertia tensor about the centre of mass, kg m², in the axes of the
     /// body, with J_xy = −∫ x y dm. The centre of mass is the origin of the body's frame ([`centred_at`](Self::centred_at)).
     pub fn new(mass: impl Into<Param>, tensor: impl Components<6>) -> Self {
-        Inertia { mass: mass.into(), centre: vectors::zero(), tensor: tensor.params() }
+        Inertia { mass: mass.into(), centre: vectors::zero(), tensor: tensor.params(), is_unchecked: false }
     }
 
     /// From the mass, kg, and the moments of inertia about the axes of the body through the centre of mass, kg m², which are principal axes.
@@ -56,6 +57,12 @@ impl Inertia {
     #[must_use]
     pub fn centred_at(self, centre: impl Components<3>) -> Self {
         Inertia { centre: centre.params(), ..self }
+    }
+
+    /// The same inertia, accepted although no distribution of mass may have it, as in some files of robots.
+    #[must_use]
+    pub fn unchecked(self) -> Self {
+        Inertia { is_unchecked: true, ..self }
     }
 
     pub(crate) fn params(&self) -> Vec<Param> {

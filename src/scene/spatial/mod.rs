@@ -58,7 +58,9 @@ impl Spatial<'_> {
         scene.recipe.note_own(name);
         scene.check_params(name, &inertia.params());
         scene.require_nonnegative(inertia.mass, format!("the mass of `{name}`"));
-        scene.parts.tensors.push((name.into(), inertia.tensor));
+        if !inertia.is_unchecked {
+            scene.parts.tensors.push((name.into(), inertia.tensor));
+        }
         scene.parts.scene.begin_part();
         scene.parts.sketch.space.all.push(BodyPart { name: name.into(), inertia, carried: None });
         Body(Some(scene.parts.scene.handle(scene.parts.sketch.space.all.len() - 1)))
