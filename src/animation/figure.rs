@@ -1,23 +1,23 @@
 //! [`Figure`]: the shapes of a scene in the frames of its bodies, and the poses of these frames.
 
 use std::collections::HashMap;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 
 use crate::model::{Drawn, Frame, Owner, Point, Shape};
 use crate::{Coordinate, Mechanics, System};
 
 /// The motion, m, below which a mechanism without any length counts as at rest.
-const ROUNDING: f64 = 1e-12;
+pub(super) const ROUNDING: f64 = 1e-12;
 
 /// Unit length of marks, relative to the larger side of the view.
-const UNIT: f64 = 0.012;
+pub(super) const UNIT: f64 = 0.012;
 /// Powers of ten of the larger side in m that are drawn without scaling, because pictures use single precision and few digits.
 const DRAWN: RangeInclusive<i32> = -3..=5;
 /// Limit of the scaling exponent: larger powers of 10 overflow.
 const MOST_POWER: i32 = 300;
 
 /// The drawn shapes of a scene and their motion.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Figure {
     pub(super) bodies: Vec<Piece>,
     /// The marks of joints, each in one frame.
@@ -137,9 +137,9 @@ impl Figure {
     pub(super) fn framed(&self) -> Self {
         let mut figure = self.clone();
         figure.look();
-        let power = figure.view[2].max(figure.view[3]).log10().floor() as i32;
-        if !DRAWN.contains(&power) {
-            figure.scale(10f64.powi(-power.clamp(-MOST_POWER, MOST_POWER)));
+        let scale = scale_of(figure.view[2].max(figure.view[3]));
+        if scale != 1.0 {
+            figure.scale(scale);
         }
         figure
     }
@@ -198,16 +198,16 @@ impl Figure {
         [x + cos * along - sin * across, y + sin * along + cos * across]
     }
 
-    /// Determines the view, which contains all bodies and marks at all times and a margin.
-    fn look(&mut self) {
+    /// The lower left and the upper right corner of all bodies and marks in some frames; infinite if there are none.
+    pub(super) fn extent(&self, frames: Range<usize>) -> [[f64; 2]; 2] {
         let mut places: Vec<Place> = self.marks.iter().map(|mark| mark.place).collect();
         places.extend(self.links.iter().flat_map(|link| link.ends));
         for (body, piece) in self.bodies.iter().enumerate() {
             let points = if let Outline::Hull(points) = &piece.outline { points.as_slice() } else { &[[0.0; 2]] };
             places.extend(points.iter().map(|&at| Place { body: Some(body), at }));
         }
-        let (figure, places) = (&*self, &places);
-        let moving = (0..self.frames).flat_map(|frame| places.iter().map(move |&place| figure.position(place, frame)));
+        let places = &places;
+        let moving = frames.flat_map(|frame| places.iter().map(move |&place| self.position(place, frame)));
         let of_mark = |mark: &Mark| {
             let [x, y] = self.position(mark.place, 0);
             match mark.kind {
@@ -216,9 +216,13 @@ impl Figure {
                 _ => Vec::new(),
             }
         };
-        let marks = || self.marks.iter().flat_map(of_mark);
-        let [[left, bottom], [right, top]] = corners(moving.chain(marks()));
-        let at_start = corners(places.iter().map(|&place| figure.position(place, 0)).chain(marks()));
+        corners(moving.chain(self.marks.iter().flat_map(of_mark)))
+    }
+
+    /// Determines the view, which contains all bodies and marks at all times and a margin.
+    fn look(&mut self) {
+        let [[left, bottom], [right, top]] = self.extent(0..self.frames);
+        let at_start = self.extent(0..1);
         let (mut width, mut height) = (right - left, top - bottom);
         // Of a mechanism without any length, such a motion is rounding.
         if at_start[0] == at_start[1] && width.max(height) < ROUNDING {
@@ -258,6 +262,12 @@ impl Figure {
         larger(&mut self.view);
         self.unit *= by;
     }
+}
+
+/// The power of ten by which lengths of this size are multiplied.
+pub(super) fn scale_of(size: f64) -> f64 {
+    let power = size.log10().floor() as i32;
+    if DRAWN.contains(&power) { 1.0 } else { 10f64.powi(-power.clamp(-MOST_POWER, MOST_POWER)) }
 }
 
 /// The lower left and the upper right corner of the smallest rectangle that contains all points.

@@ -3,24 +3,35 @@
 //! Planar bodies are drawn with their hinges, sliders, rods, springs, cylinders, wheels and contacts, and controls as arrows. User-defined
 //! elements have no position in the plane: draw them with [`Scene::draw_spring`](crate::Scene::draw_spring) and
 //! [`Scene::draw_rod`](crate::Scene::draw_rod) between points of bodies, or with [`Animation::line`] as a function of the state.
+//!
+//! Bodies in space are drawn as the homogeneous cuboids with their mass and principal moments of inertia, with their joints, on a floor perpendicular to
+//! gravity. The page then shows a view that can be turned; SVG pictures are parallel projections. Bodies in the plane lie in the x–y plane.
 
 mod drawing;
 mod figure;
+mod flat;
+mod isometric;
 mod page;
+mod shapes;
+mod space;
 mod text;
 mod vector;
 
 use std::path::Path;
 
 use crate::model::FORCE;
+use crate::model::space::Motion;
 use crate::motion::column;
 use crate::{Coordinate, Error, Inputs, Mechanics, System, Trajectory};
 use figure::Figure;
+use space::Space;
 
 /// Maximum number of frames; if there are more nodes, some are left out evenly.
 const MOST_FRAMES: usize = 1500;
 /// Maximum number of controls, and of coordinates without a body, that are plotted by default.
 const MOST_PLOTS: usize = 4;
+/// The same if there are bodies in space: an arm has up to seven joints.
+const MOST_PLOTS_IN_SPACE: usize = 7;
 
 /// An animation of a motion, to be written as an HTML page or as an SVG picture.
 ///
@@ -47,6 +58,8 @@ pub struct Animation {
     times: Vec<f64>,
     q: Vec<Vec<f64>>,
     figure: Figure,
+    /// The bodies in space, if there are any.
+    space: Option<Space>,
     plots: Vec<Plot>,
 }
 
@@ -80,25 +93,27 @@ impl Animation {
             (0..system.k()).map(|k| nodes.iter().map(|&node| column(&inputs.controls, node)[k]).collect::<Vec<f64>>()),
         );
         let figure = Figure::new(system, &states, &controls);
+        let space = Space::new(system, &states);
+        let most = if space.is_some() { MOST_PLOTS_IN_SPACE } else { MOST_PLOTS };
         let units = system.sketch().units_of_controls(system.k());
         let of_control = |k: usize| Plot {
             name: system.control_name(k).to_string(),
             unit: units[k].of(FORCE).to_string(),
             values: controls[k].clone(),
         };
-        let mut plots: Vec<Plot> = (0..system.k().min(MOST_PLOTS)).map(of_control).collect();
+        let mut plots: Vec<Plot> = (0..system.k().min(most)).map(of_control).collect();
         let energy = states.iter().map(Mechanics::energy).collect();
         plots.push(Plot { name: "energy".into(), unit: "J".into(), values: energy });
         let q: Vec<Vec<f64>> = states.iter().map(|at| at.q().to_vec()).collect();
         let drawn: Vec<Coordinate> = system.sketch().bodies.iter().flat_map(|(_, frame)| frame.own_coordinates()).collect();
-        let others = (0..system.n()).filter(|&i| drawn.iter().all(|of| of.index() != i)).take(MOST_PLOTS);
+        let others = (0..system.n()).filter(|&i| drawn.iter().all(|of| of.index() != i)).take(most);
         plots.extend(others.map(|i| Plot {
             name: system.coordinate_name(i).to_string(),
-            unit: String::new(),
+            unit: unit_of(system, i).into(),
             values: q.iter().map(|q| q[i]).collect(),
         }));
         let times = nodes.iter().map(|&node| motion.times[node]).collect();
-        Ok(Animation { title: "Motion".into(), nodes, times, q, figure, plots })
+        Ok(Animation { title: "Motion".into(), nodes, times, q, figure, space, plots })
     }
 
     /// Sets the title.
@@ -130,13 +145,19 @@ impl Animation {
     pub fn svg(&self, time: f64) -> String {
         let goes_back = self.times.last() < self.times.first();
         let frame = self.times.iter().rposition(|t| if goes_back { *t >= time } else { *t <= time }).unwrap_or(0);
-        vector::still(&self.figure.framed(), frame, &self.title)
+        match &self.space {
+            Some(space) => isometric::still(&space.framed(&self.figure), frame, &self.title),
+            None => vector::still(&self.figure.framed(), frame, &self.title),
+        }
     }
 
     /// The motion as an animated SVG that repeats; one cycle takes as long as the motion, or ten seconds if the motion is shorter than 10
     /// µs or longer than 10⁷ s.
     pub fn animated_svg(&self) -> String {
-        vector::animated(&self.figure.framed(), &self.times, &self.title)
+        match &self.space {
+            Some(space) => isometric::animated(&space.framed(&self.figure), &self.times, &self.title),
+            None => vector::animated(&self.figure.framed(), &self.times, &self.title),
+        }
     }
 
     /// Writes the page. An existing file is replaced only after the whole page was written.
@@ -146,4 +167,14 @@ impl Animation {
     pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         text::write_whole(path.as_ref(), &self.html())
     }
+}
+
+/// The unit of a joint's coordinate; empty for other coordinates.
+fn unit_of(system: &System, coordinate: usize) -> &'static str {
+    let units = system.sketch().space.frames.iter().filter_map(|frame| match &frame.motion {
+        Motion::Turn(_, of) if of.coordinate.index() == coordinate => Some("rad"),
+        Motion::Slide(_, of) if of.coordinate.index() == coordinate => Some("m"),
+        _ => None,
+    });
+    units.last().unwrap_or_default()
 }

@@ -7,8 +7,9 @@ use super::figure::{Arrow, Figure, Link, LinkKind, Mark, MarkKind, Outline, Piec
 use super::text::{digits, escaped, list, number};
 
 /// Colours of the bodies, in turn.
-pub(super) const COLOURS: [&str; 6] = ["#4e79a7", "#f28e2b", "#59a14f", "#b07aa1", "#76b7b2", "#e15759"];
-const INK: &str = "#333";
+pub(super) const COLOURS: [&str; 8] =
+    ["#4e79a7", "#f28e2b", "#59a14f", "#b07aa1", "#76b7b2", "#e15759", "#edc948", "#9c755f"];
+pub(super) const INK: &str = "#333";
 /// Maximum number of frames of an animated SVG.
 const MOST_KEYS: usize = 150;
 /// Durations, s, shown in real time: browsers cannot resolve shorter ones, and longer ones take too long. Others are shown in `INSTEAD` s.
@@ -270,7 +271,7 @@ pub(super) fn opened(figure: &Figure, title: &str, attributes: &str) -> String {
 }
 
 /// A complete picture with a white background.
-fn picture(figure: &Figure, title: &str, shapes: [&str; 3]) -> String {
+pub(super) fn picture(figure: &Figure, title: &str, shapes: [&str; 3]) -> String {
     let [left, bottom, width, height] = figure.view;
     let [wide, high] = [width, height].map(|x| number(x * PIXELS / width.max(height), 0));
     let [left, bottom, width, height] = [left, bottom, width, height].map(|x| number(x, Pen::new(figure).digits));
@@ -308,28 +309,41 @@ pub(super) fn passed(times: &[f64]) -> Vec<f64> {
     (0..times.len()).scan(0.0, step).collect()
 }
 
+/// The frames that an endless loop shows, and the attributes that say when.
+pub(super) struct Keys {
+    pub(super) frames: Vec<usize>,
+    pub(super) timing: String,
+}
+
+impl Keys {
+    /// `None` if the motion takes no time.
+    pub(super) fn new(frames: usize, times: &[f64], most: usize) -> Option<Self> {
+        let last = frames.saturating_sub(1);
+        let spaces = last.min(most - 1);
+        // Evenly spaced, including the last one.
+        let frames: Vec<usize> = (0..=spaces).map(|key| key * last / spaces.max(1)).collect();
+        let passed = passed(times);
+        let duration = passed[last];
+        let shown = instead(duration).unwrap_or(duration);
+        let key_times = frames.iter().map(|&frame| number(passed[frame] / duration, 4)).collect::<Vec<_>>().join(";");
+        let seconds = number(shown, digits(shown).max(3));
+        let timing = format!("keyTimes=\"{key_times}\" dur=\"{seconds}s\" repeatCount=\"indefinite\"");
+        (duration > 0.0).then_some(Keys { frames, timing })
+    }
+}
+
 /// All frames in an endless loop.
 pub(super) fn animated(figure: &Figure, times: &[f64], title: &str) -> String {
     let (groups, [under, above]) = groups(figure);
     let last = figure.frames.saturating_sub(1);
-    let spaces = last.min(MOST_KEYS - 1);
-    // Evenly spaced, including the last one.
-    let keys: Vec<usize> = (0..=spaces).map(|key| key * last / spaces.max(1)).collect();
-    let passed = passed(times);
-    let duration = passed[last];
-    if duration <= 0.0 {
+    let Some(Keys { frames: keys, timing }) = Keys::new(figure.frames, times, MOST_KEYS) else {
         return still(figure, last, title);
-    }
-    let key_times = keys.iter().map(|&frame| number(passed[frame] / duration, 4)).collect::<Vec<_>>().join(";");
-    let shown = instead(duration).unwrap_or(duration);
-    let (digits, short) = (Pen::new(figure).digits, digits(shown).max(3));
+    };
+    let digits = Pen::new(figure).digits;
     let moved = groups.iter().map(|group| {
         let animate = |kind: &str, value: &dyn Fn([f64; 5]) -> String| {
             let values = keys.iter().map(|&frame| value(group.poses[frame])).collect::<Vec<_>>().join(";");
-            format!(
-                "<animateTransform attributeName=\"transform\" type=\"{kind}\" values=\"{values}\" keyTimes=\"{key_times}\" dur=\"{}s\" repeatCount=\"indefinite\"/>",
-                number(shown, short)
-            )
+            format!("<animateTransform attributeName=\"transform\" type=\"{kind}\" values=\"{values}\" {timing}/>")
         };
         let moved_to = |[x, y, ..]: [f64; 5]| format!("{} {}", number(x, digits), number(y, digits));
         let turned = |[_, _, phi, ..]: [f64; 5]| number(phi.to_degrees(), 2);

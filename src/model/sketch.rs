@@ -13,6 +13,8 @@ pub(crate) struct Sketch {
     pub(crate) drawn: Vec<Drawn>,
     /// The bodies in space.
     pub(crate) space: Bodies,
+    /// The acceleration of gravity, m/s², if it was set.
+    pub(crate) gravity: [Option<Param>; 3],
 }
 
 impl Sketch {

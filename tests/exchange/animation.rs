@@ -351,6 +351,9 @@ fn a_browser_plays_the_page_without_errors() {
         (page_of_cart(2.0, -0.01), "Cart", "t = 1.500 s"),
         (super::extremes::page(1e150, 1.0), "Motion", "t = 0.500 s"),
         (super::extremes::page(1e-14, 5e-13), "Motion", "t = 2.500e-13 s"),
+        (super::space::page_of(&super::space::arm(200)), "Motion", "t = 0.500 s"),
+        (super::space::page_of(&super::space::top()), "Motion", "t = 1.000 s"),
+        (super::space::page_of(&super::space::mixed()), "Motion", "t = 0.750 s"),
     ];
     for (page, title, middle) in pages {
         let told = played(&page);
@@ -369,7 +372,8 @@ fn played(page: &str) -> Value {
         window.requestAnimationFrame = tick => setTimeout(() => tick(performance.now()), 16);
         </script>";
     let act = "<script>
-        const seen = () => [...document.querySelectorAll('g.moving')].map(g => g.getAttribute('transform')).join();
+        const canvas = document.querySelector('canvas');
+        const seen = () => canvas ? canvas.toDataURL() : [...document.querySelectorAll('g.moving')].map(g => g.getAttribute('transform')).join();
         const before = seen(), slider = document.getElementById('slider'), title = document.title;
         slider.value = 500; slider.dispatchEvent(new Event('input'));
         const middle = seen(), time = document.getElementById('time').textContent;

@@ -14,6 +14,7 @@ mod progress;
 mod ready_costs;
 #[cfg(feature = "files")]
 mod scenes;
+mod space;
 #[cfg(feature = "files")]
 mod study;
 #[cfg(feature = "files")]

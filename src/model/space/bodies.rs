@@ -1,5 +1,7 @@
 //! The bodies of a scene in space, the frames of their joints, and where bodies and markers are fixed.
 
+use std::ops::Range;
+
 use super::inertia::{Inertia, Moments};
 use super::marker::{Body, Marker};
 use super::vectors::{self, Matrix, Vector};
@@ -57,6 +59,8 @@ pub(crate) struct Following {
 pub(crate) struct Bodies {
     pub(crate) all: Vec<BodyPart>,
     pub(crate) frames: Vec<Frame>,
+    /// The joints that carry bodies, with their frames.
+    pub(crate) joints: Vec<(String, Range<usize>)>,
 }
 
 impl Carried {
@@ -105,6 +109,8 @@ impl Bodies {
     pub(crate) fn carry(&mut self, body: usize, joint: &str, at: Carried) {
         let body = &mut self.all[body];
         body.carried = Some((joint.into(), at));
+        let first = self.joints.last().map_or(0, |(_, frames)| frames.end);
+        self.joints.push((joint.into(), first..self.frames.len()));
         if let Some(frame) = at.frame {
             self.frames[frame].moments.add(&Moments::of(&body.inertia, at.turn, at.origin));
         }

@@ -70,6 +70,15 @@ impl Bodies {
         Ok(path.state([&of_all(q), &of_all(v), &of_all(v_dot), &b]))
     }
 
+    /// Origin and axes of a frame.
+    pub(crate) fn frame_at(&self, frame: usize, value: &dyn Fn(Param) -> f64, q: &[f64]) -> ([f64; 3], [[f64; 3]; 3]) {
+        let mut of = Arguments::default();
+        let path = self.path(None, &Carried::at_origin(Some(frame)), &mut of);
+        let q: Vec<f64> = of.q.iter().map(|of| q[of.index()]).collect();
+        let b: Vec<f64> = of.b.0.iter().map(|param| value(*param)).collect();
+        path.place(&q, &b)
+    }
+
     /// A tree, with its coordinates and parameters.
     fn tree(&self, frames: &[usize], gravity: [Param; 3]) -> (Tree, Arguments) {
         let mut of = Arguments::default();

@@ -6,7 +6,7 @@ use super::names::Names;
 use super::parameters::Parameters;
 use super::scene_parts::{Parts, Required};
 use super::structure;
-use crate::model::{Action, Gap, Param};
+use crate::model::{Action, Gap, Param, Sketch};
 use crate::number::{Fingerprint, take_look};
 use crate::system::compiled::System;
 use crate::system::cost::{CostPrograms, Costs, Terms};
@@ -93,7 +93,7 @@ impl System {
             parameters,
             positive,
             tensors,
-            sketch: scene.sketch,
+            sketch: Sketch { gravity: scene.gravity, ..scene.sketch },
             scene: scene.scene,
             fingerprint,
             costs_compiled,
