@@ -12,6 +12,7 @@ impl Space {
     pub(super) fn add_flat(&mut self, figure: &Figure) {
         let (first, unit) = (self.groups.len(), self.unit);
         let ground = first - 1;
+        let others = self.groups.iter().flat_map(|group| &group.parts).filter(|part| part.trail.is_some()).count();
         let group_of = |place: Place| place.body.map_or(ground, |body| first + body);
         for (k, piece) in figure.bodies.iter().enumerate() {
             let point = |[x, y]: [f64; 2]| Point3::new(x, y, 0.0);
@@ -27,7 +28,7 @@ impl Space {
                 Outline::Dot => Shape::Ball(Point3::origin(), 0.7),
             };
             let is_dot = piece.outline == Outline::Dot;
-            let colour = if is_dot { INK } else { COLOURS[k % COLOURS.len()] };
+            let colour = if is_dot { INK } else { COLOURS[(k + others) % COLOURS.len()] };
             let part = Part { name: piece.name.clone(), colour, shape, trail: (!is_dot).then(Point3::origin) };
             self.groups.push(Group { poses: piece.poses.iter().map(|at| pose(*at)).collect(), parts: vec![part] });
         }

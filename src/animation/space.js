@@ -96,7 +96,10 @@
     const collect = place => {
       items = [];
       const shadows = [], moved = groups.map(group => poseAt(group, place));
-      const add = (points, item) => { const xy = points.map(seen); items.push({ ...item, xy, z: xy.reduce((sum, p) => sum + p[2], 0) / xy.length }); };
+      const add = (points, item, behind = 0) => {
+        const xy = points.map(seen);
+        items.push({ ...item, xy, z: xy.reduce((sum, p) => sum + p[2], 0) / xy.length - behind });
+      };
       groups.forEach((group, k) => group.parts.forEach(part => {
         const body = part.body ? 1 : 0;
         for (const { points, sides } of part.faces) {
@@ -107,7 +110,11 @@
           const sign = toward < 0 ? -1 : 1, light = .68 + .5 * Math.max(0, dot(LIGHT, axes.map(axis => sign * dot(axis, normal))));
           add(world, { kind: "face", name: part.name, fill: shaded(colourOf(part, true), light), edge: shaded(colourOf(part, true), .6 * light), sides, body });
         }
-        for (const { points, width } of part.lines) add(points.map(moved[k]), { kind: "line", name: part.name, fill: colourOf(part), width });
+        for (const { points, width } of part.lines) {
+          // Lines inside a body are behind its faces.
+          const isInside = part.colour !== "ink" && !part.body;
+          add(points.map(moved[k]), { kind: "line", name: part.name, fill: colourOf(part), width }, isInside ? .05 * size : 0);
+        }
         for (const { at, radius } of part.balls) add([moved[k](at)], { kind: "ball", name: part.name, fill: colourOf(part, true), radius });
       }));
       for (const { name, width, ends } of data.links) {
@@ -133,8 +140,9 @@
         pen.fillStyle = shine; pen.beginPath(); pen.arc(x, y, r, 0, 2 * Math.PI); pen.fill(); return;
       }
       if (item.kind === "line") { path(xy); pen.lineWidth = Math.max(1.2, item.width * s); pen.stroke(); return; }
+      path(xy, true); pen.fill();
       // The line closes the gaps between the parts of a face.
-      path(xy, true); pen.fill(); pen.lineWidth = .7; pen.stroke();
+      if (pen.globalAlpha === 1) { pen.lineWidth = .7; pen.stroke(); }
       if (!item.body) return;
       pen.strokeStyle = item.edge; pen.lineWidth = 1.1; pen.beginPath();
       item.sides.forEach((edge, i) => { if (edge) { pen.moveTo(xy[i][0], xy[i][1]); const q = xy[(i + 1) % xy.length]; pen.lineTo(q[0], q[1]); } });

@@ -165,6 +165,30 @@ fn the_page_of_an_arm_is_small_and_complete() {
     assert_eq!(numbers(&data["up"]), [0.0, 0.0, 1.0]);
 }
 
+/// A point of a frame with x, y, z and the Euler parameters e: r + v + 2 e × (e₀ v + e × v).
+fn place(pose: &[f64], v: [f64; 3]) -> [f64; 3] {
+    let cross = |a: [f64; 3], b: [f64; 3]| [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    let e = [pose[4], pose[5], pose[6]];
+    let inner = cross(e, v);
+    let turned = cross(e, [0, 1, 2].map(|i| pose[3] * v[i] + inner[i]));
+    [0, 1, 2].map(|i| pose[i] + v[i] + 2.0 * turned[i])
+}
+
+#[test]
+fn the_links_of_an_arm_hang_together() {
+    let data = data(&page_of(&arm(200)));
+    let pose = |k: usize, frame: usize| -> Vec<f64> {
+        let columns = data["groups"][k]["poses"].as_array().expect("columns");
+        columns.iter().map(|column| column.as_f64().unwrap_or_else(|| numbers(column)[frame])).collect()
+    };
+    for (k, frame) in [(0, 0), (1, 0), (2, 40), (3, 100), (4, 160), (5, 200)] {
+        // The next joint is twice as far from the joint as the centre of mass.
+        let centre = numbers(&part(&data, &format!("link {}", k + 1), "trail")["trail"]);
+        let (end, next) = (place(&pose(k, frame), [0, 1, 2].map(|i| 2.0 * centre[i])), pose(k + 1, frame));
+        assert!((0..3).all(|i| (end[i] - next[i]).abs() < 1e-3), "link {} at {frame}: {end:?} {next:?}", k + 1);
+    }
+}
+
 /// The position of a body's centre in a frame of the page.
 fn centre(data: &Value, name: &str, frame: usize) -> [f64; 3] {
     let is_there = |group: &&Value| group["parts"].as_array().expect("parts").iter().any(|part| part["name"] == name);
@@ -220,9 +244,16 @@ fn pictures_of_space_are_balanced_and_move() {
 
 /// The faces of a picture show their outside only, so that three of six are seen.
 #[test]
-fn a_box_shows_three_faces() {
+fn a_box_shows_three_faces_and_rises() {
     let picture = top().svg(0.33);
     assert_eq!(picture.matches("<title>box</title>").count(), 3);
+    // In the group of the picture y points up.
+    let height = |time: f64| -> f64 {
+        let picture = top().svg(time);
+        let face = picture.split("<title>box").next().and_then(|before| before.rsplit_once(" d=\"M")).expect("a face").1;
+        face.split_once('L').and_then(|(first, _)| first.split_once(' ')).expect("a corner").1.parse().expect("a number")
+    };
+    assert!(height(1.0) > height(0.0) + 100.0 && height(1.0) > height(2.0) + 100.0);
 }
 
 #[test]
