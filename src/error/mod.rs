@@ -39,7 +39,7 @@ pub enum Error {
         /// The coordinate.
         coordinate: String,
     },
-    /// A joint or force connects the ground to itself.
+    /// A joint or force connects the ground or one body to itself.
     NoBody {
         /// The element.
         element: String,
