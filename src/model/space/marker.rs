@@ -86,12 +86,16 @@ impl Marker {
 }
 
 impl Axes {
-    /// The directions that must not vanish.
-    fn directions(self) -> Vec<Vector> {
+    /// The lengths that must not vanish: of the directions, and of the part of the x axis that is perpendicular to z, which is 0 if it is rounding.
+    fn lengths(self, value: &dyn Fn(Param) -> f64) -> Vec<f64> {
+        let length = |direction: Vector| direction.map(value).iter().map(|x| x * x).sum::<f64>().sqrt();
         match self {
             Axes::Rotation(_) => Vec::new(),
-            Axes::Along(z) => vec![z],
-            Axes::Toward(z, x) => vec![z, vectors::cross(z, x)],
+            Axes::Along(z) => vec![length(z)],
+            Axes::Toward(z, x) => {
+                let (both, across) = (length(z) * length(x), length(vectors::cross(z, x)));
+                vec![length(z), if across > PARALLEL * both { across } else { 0.0 }]
+            }
         }
     }
 
@@ -100,8 +104,7 @@ impl Axes {
     /// # Errors
     /// An axis without a direction.
     pub(crate) fn checked_rotation(self, part: &str, value: &dyn Fn(Param) -> f64) -> Result<Matrix, Error> {
-        let length = |direction: Vector| direction.map(value).iter().fold(0.0f64, |sum, x| sum.hypot(*x));
-        let bad = self.directions().into_iter().map(length).find(|length| !(*length > 0.0 && length.is_finite()));
+        let bad = self.lengths(value).into_iter().find(|length| !(*length > SHORTEST && length.is_finite()));
         let Some(length) = bad else { return Ok(self.rotation(value)) };
         let what = format!("the length of an axis of a marker of `{part}`");
         Err(Error::Parameter { what, value: length, must_be: "positive, and axes must not be parallel to each other" })
@@ -120,6 +123,11 @@ impl Axes {
         }
     }
 }
+
+/// The sine of an angle between axes that is rounding.
+const PARALLEL: f64 = 1e-12;
+/// The squares of shorter axes lose digits.
+const SHORTEST: f64 = 1e-150;
 
 /// Where the shortest rotation from the z axis is replaced: far from horizontal directions, whose z may be 0 or a rounding error of either sign.
 const BELOW: f64 = -0.9;
