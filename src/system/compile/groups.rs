@@ -179,6 +179,9 @@ impl Tree {
     }
 }
 
+/// A row of Φ_q whose part of a block is below this share of it is zero there: a plane does not move with a body that moves in it.
+const ROUNDING: f64 = 1e-12;
+
 /// Whether a body's block stays regular when these equations are added to those it owns, for Φ_q at two positions.
 fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<Vec<Entry>>; 2]) -> bool {
     let rows: Vec<usize> = owned.iter().chain(more).copied().collect();
@@ -186,7 +189,10 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<V
         return false;
     }
     let [mut matrix, elsewhere] = phi_q.each_ref().map(|phi_q| restricted(phi_q, &rows, block));
-    if matrix.row_iter().any(|row| row.norm() == 0.0 || !row.norm().is_finite()) {
+    let whole = |row: usize| phi_q[0][row].iter().fold(0.0f64, |sum, entry| sum.hypot(entry.value));
+    // False for NaN.
+    let has_part = |(row, part): (&usize, f64)| part > ROUNDING * whole(*row);
+    if !rows.iter().zip(matrix.row_iter().map(|row| row.norm())).all(has_part) {
         return false;
     }
     if rows.len() == block.len() {
