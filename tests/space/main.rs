@@ -4,6 +4,8 @@
 mod common;
 
 mod axis;
+mod bad_input;
 mod markers;
+mod random;
 mod trees;
 mod truth;
