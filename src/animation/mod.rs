@@ -171,10 +171,10 @@ impl Animation {
 
 /// The unit of a joint's coordinate; empty for other coordinates.
 fn unit_of(system: &System, coordinate: usize) -> &'static str {
-    let units = system.sketch().space.frames.iter().filter_map(|frame| match &frame.motion {
+    let mut units = system.sketch().space.frames.iter().filter_map(|frame| match &frame.motion {
         Motion::Turn(_, of) if of.coordinate.index() == coordinate => Some("rad"),
         Motion::Slide(_, of) if of.coordinate.index() == coordinate => Some("m"),
         _ => None,
     });
-    units.last().unwrap_or_default()
+    units.next().unwrap_or_default()
 }
