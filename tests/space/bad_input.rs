@@ -12,8 +12,7 @@ fn refused(add: impl FnOnce(&mut Spatial, Body)) -> Error {
     let rod = space.body("rod", Inertia::cuboid(1.0, [0.1, 0.1, 1.0]));
     space.revolute("hinge", Body::GROUND.origin().along([0.0, 1.0, 0.0]), rod.at([0.0, 0.0, 0.5]).along([0.0, 1.0, 0.0]));
     add(&mut space, rod);
-    let error = scene.compile().map(|_| ()).expect_err("a wrong scene");
-    error
+    scene.compile().map(|_| ()).expect_err("a wrong scene")
 }
 
 fn more(space: &mut Spatial) -> Body {

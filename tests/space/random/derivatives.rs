@@ -35,8 +35,10 @@ impl MarkerFunction for Mixed {
     }
 }
 
+type Belongs = fn(&Input) -> bool;
+
 /// The kinds of input, which a direction moves together.
-const KINDS: [(&str, fn(&Input) -> bool); 5] = [
+const KINDS: [(&str, Belongs); 5] = [
     ("controls", |input| matches!(input, Input::Control { .. })),
     ("design variables", |input| matches!(input, Input::Design(_))),
     ("q0", |input| matches!(input, Input::Coordinate(_))),
@@ -112,7 +114,7 @@ fn differentiate_one(tally: &mut Tally, seed: u64) -> Result<(), Error> {
     let mut random = Random::new(seed);
     let plan = plan(&mut random, TREES);
     let mut built = build(&plan, &mut random);
-    let reads_accelerations = seed % 3 == 0;
+    let reads_accelerations = seed.is_multiple_of(3);
     built.cost(|| Mixed { reads_accelerations });
     let system = built.scene.clone().compile()?;
     compare_derivatives(tally, &system, &inputs(&system, &built, Grid::uniform(8, 0.01)), reads_accelerations)?;

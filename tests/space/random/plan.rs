@@ -88,19 +88,6 @@ pub enum Closed {
     Distance,
 }
 
-impl Closed {
-    pub fn rows(self) -> usize {
-        match self {
-            Closed::Plane | Closed::Distance => 1,
-            Closed::Parallel | Closed::Line => 2,
-            Closed::Ball => 3,
-            Closed::Cylindrical => 4,
-            Closed::Revolute | Closed::Prismatic => 5,
-            Closed::Fixed => 6,
-        }
-    }
-}
-
 /// A constraint between a marker and one of another body, where the first is at the start.
 #[derive(Clone, Copy, Debug)]
 pub struct Closing {
