@@ -68,7 +68,7 @@ impl fmt::Display for Error {
                 "`{part}` is attached to body `{body}`, which no joint carries yet; add joints from the ground outwards, and other parts after them"
             ),
             Error::MissingInertia { coordinate } => {
-                write!(f, "coordinate `{coordinate}` has no kinetic energy; add a mass or inertia that moves with it (a value of 0.0 is enough if constraints determine this coordinate)")
+                write!(f, "coordinate `{coordinate}` has neither kinetic energy nor a constraint; add a mass or inertia that moves with it, or constraints that determine it")
             }
             Error::Particle { element } => write!(
                 f,

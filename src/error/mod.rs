@@ -77,7 +77,7 @@ pub enum Error {
         /// The body.
         body: String,
     },
-    /// A coordinate has no kinetic energy.
+    /// A coordinate occurs in no kinetic energy and in no constraint.
     MissingInertia {
         /// The coordinate.
         coordinate: String,

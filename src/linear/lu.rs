@@ -5,6 +5,7 @@
 //!
 //! The pivot of a coordinate without inertia is of order h². It lost no digits, but it buries those of the constraints that determine the coordinate.
 //! Nodes of fixed size are factorised in order first. If a pivot loses digits or buries those of others, they are factorised again with interchanges.
+//! Nodes in which such a pivot leaves no trace choose the best row for every column.
 //!
 //! D (s×s) is stored by columns and is overwritten by L (unit diagonal not stored) and U, with the
 //! reciprocals of the pivots in place of the diagonal of U. All functions are inlined, so that a
@@ -24,6 +25,17 @@ pub(super) const MOST_LOSS: f64 = 1e4;
 /// Stored as the first interchange of a node without interchanges.
 pub(super) const IN_ORDER: usize = usize::MAX;
 
+/// When rows are interchanged.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Interchanges {
+    /// The first loss of digits is an error.
+    Never,
+    /// If a pivot loses digits or buries those of others.
+    IfNeeded,
+    /// In every column whose best pivot is in another row.
+    Always,
+}
+
 /// A pivot that cancelled: its column in the node, its value and the sum of the magnitudes of its terms.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cancelled {
@@ -42,8 +54,7 @@ pub(super) struct Rows<'a> {
     pub(super) swaps: &'a mut [usize],
     /// Magnitudes that were added to diagonal entry k before.
     pub(super) scale: &'a [f64],
-    /// Whether rows may be interchanged; otherwise the first loss of digits is an error.
-    pub(super) interchanges: bool,
+    pub(super) interchanges: Interchanges,
     /// Whether rows were interchanged.
     pub(super) mixed: bool,
 }
@@ -89,10 +100,12 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
     rows.swaps[k] = k;
     // False for a NaN.
     let keeps_digits = scale < MOST_LOSS * pivot.abs();
-    if !rows.interchanges && (!keeps_digits || is_buried(added, scale - pivot.abs())) {
+    let may_interchange = rows.interchanges != Interchanges::Never;
+    if !may_interchange && (!keeps_digits || is_buried(added, scale - pivot.abs())) {
         return Err(Cancelled { column: k, pivot, scale });
     }
-    if rows.interchanges && (!keeps_digits || buries(s, k, rows)) {
+    let always = rows.interchanges == Interchanges::Always;
+    if may_interchange && (always || !keeps_digits || buries(s, k, rows)) {
         let row = choose_row(s, k, rows);
         if row != k {
             let added = added_by_others(k, [row, k], rows);
@@ -168,7 +181,9 @@ fn choose_row(s: usize, k: usize, rows: &Rows<'_>) -> usize {
         };
         coupled(rows.d[k * s + i], size)
     };
-    let first = (k, quality(k));
+    // If nothing but the pivot itself was added up, as for a multiplier beside a coordinate without inertia, the qualities are equal.
+    let least = if rows.interchanges == Interchanges::Always { 0.5 } else { 1.0 };
+    let first = (k, least * quality(k));
     (k + 1..s).map(|i| (i, quality(i))).fold(first, |best, other| if other.1 > best.1 { other } else { best }).0
 }
 

@@ -21,6 +21,8 @@ pub(super) struct Node {
     /// Pairs of later neighbours.
     pub(super) pairs: Vec<Pair>,
     pub(super) shape: Shape,
+    /// True if the best pivot of every column is chosen.
+    pub(super) chooses_pivots: bool,
 }
 
 /// The way in which a node couples to later ones.

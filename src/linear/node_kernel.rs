@@ -3,10 +3,10 @@
 //! With P D = L_D U_D, the elimination replaces U by L_D⁻¹P U and L by L U_D⁻¹, and subtracts the
 //! products of their lines from the later panels.
 
-use super::lu::{self, Cancelled};
+use super::lu::{self, Cancelled, Interchanges};
 use super::node::{Later, Node, Pair};
 use super::products::{minus_dot, subtract, subtract_products};
-use super::size::Size;
+use super::size::{Free, Size};
 use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -38,7 +38,7 @@ pub(super) trait NodeKernel: Debug + Sync {
 
 /// Eliminates a node, with or without interchanges of rows. After an error without them, a panel of fixed size is unchanged.
 #[inline(always)]
-fn eliminate<N: Size>(node: &Node, state: &mut State<'_>, interchanges: bool) -> Result<f64, Cancelled> {
+fn eliminate<N: Size>(node: &Node, state: &mut State<'_>, interchanges: Interchanges) -> Result<f64, Cancelled> {
     let n = N::new(node.size);
     let s = n.get();
     let (panel, rest) = state.values[node.start..].split_at_mut(node.panel_len());
@@ -71,14 +71,16 @@ fn eliminate<N: Size>(node: &Node, state: &mut State<'_>, interchanges: bool) ->
 #[cold]
 #[inline(never)]
 pub(super) fn eliminate_with_interchanges<N: Size>(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
-    eliminate::<N>(node, state, true)
+    eliminate::<N>(node, state, Interchanges::IfNeeded)
 }
 
 impl<N: Size> NodeKernel for PhantomData<N> {
     fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
         match N::FIXED {
-            true => eliminate::<N>(node, state, false).or_else(|_| eliminate_with_interchanges::<N>(node, state)),
-            false => eliminate::<N>(node, state, true),
+            true => {
+                eliminate::<N>(node, state, Interchanges::Never).or_else(|_| eliminate_with_interchanges::<N>(node, state))
+            }
+            false => eliminate::<N>(node, state, Interchanges::IfNeeded),
         }
     }
 
@@ -122,6 +124,32 @@ impl<N: Size> NodeKernel for PhantomData<N> {
             lu::solve_lower_transposed(n, d, own);
         });
         lu::permute_back(&swaps[node.first..][..n.get()], own);
+    }
+}
+
+/// The kernel for nodes of any size in which coordinates have neither inertia nor, before their constraints, any other pivot.
+#[derive(Debug)]
+pub(super) struct BestRows;
+
+impl NodeKernel for BestRows {
+    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
+        eliminate::<Free>(node, state, Interchanges::Always)
+    }
+
+    fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        PhantomData::<Free>::forward(node, values, swaps, x);
+    }
+
+    fn backward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        PhantomData::<Free>::backward(node, values, swaps, x);
+    }
+
+    fn forward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        PhantomData::<Free>::forward_transposed(node, values, swaps, x);
+    }
+
+    fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
+        PhantomData::<Free>::backward_transposed(node, values, swaps, x);
     }
 }
 

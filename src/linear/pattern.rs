@@ -25,6 +25,8 @@ pub(crate) struct Group {
     pub(crate) parent: Option<usize>,
     /// Branches that must be eliminated before this group.
     pub(crate) after: Vec<Branch>,
+    /// True if the best pivot of every column must be chosen, because coordinates without inertia have none of their own.
+    pub(crate) chooses_pivots: bool,
 }
 
 /// A group, its parent, its parent's parent, …: `length` groups in total.
@@ -54,7 +56,7 @@ impl Pattern {
     }
 
     /// Per unknown: the index of its group.
-    pub(super) fn group_of(&self) -> Vec<usize> {
+    pub(crate) fn group_of(&self) -> Vec<usize> {
         let mut group_of = vec![0; self.size];
         for (g, group) in self.groups.iter().enumerate() {
             for &unknown in &group.unknowns {
@@ -62,6 +64,17 @@ impl Pattern {
             }
         }
         group_of
+    }
+
+    /// Moves all unknowns of a group to another one.
+    pub(crate) fn join(&mut self, own: usize, other: usize) {
+        let Group { unknowns, after, .. } = &mut self.groups[own];
+        let (unknowns, after) = (std::mem::take(unknowns), std::mem::take(after));
+        let into = &mut self.groups[other];
+        into.unknowns.extend(unknowns);
+        into.unknowns.sort_unstable();
+        into.after.extend(after);
+        into.chooses_pivots = true;
     }
 
     /// The entries of the symmetrised pattern, in ascending order without duplicates.

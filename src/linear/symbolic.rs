@@ -4,6 +4,7 @@ use super::condense::{Condensed, condense};
 use super::graph::Graph;
 use super::kernel::{Kernel, kernel};
 use super::node::{Later, Node, Pair, PanelEntry, Shape};
+use super::node_kernel::BestRows;
 use super::order::{Eliminated, order};
 use super::pattern::Pattern;
 use std::ops::Range;
@@ -62,7 +63,11 @@ impl Symbolic {
             .chain(order.iter().flat_map(|node| members[node.group].iter().copied()))
             .collect();
         let positions = inverse(&unknowns);
-        let nodes = lay_out_nodes(&order, &shapes, &sizes, condensed.len());
+        let mut nodes = lay_out_nodes(&order, &shapes, &sizes, condensed.len());
+        order
+            .iter()
+            .zip(&mut nodes)
+            .for_each(|(step, node)| node.chooses_pivots = pattern.groups[step.group].chooses_pivots);
         let values_len = nodes.iter().map(Node::panel_len).sum();
         let owner = (nodes.iter().enumerate()).flat_map(|(index, node)| std::iter::repeat_n(index, node.size)).collect();
         let mut symbolic = Self {
@@ -91,7 +96,7 @@ impl Symbolic {
     }
 
     /// The unknown at a position.
-    pub(super) fn unknown(&self, position: usize) -> usize {
+    pub(crate) fn unknown(&self, position: usize) -> usize {
         self.unknowns[position]
     }
 
@@ -262,6 +267,7 @@ fn lay_out_nodes(order: &[Eliminated], shapes: &[Shape], sizes: &[usize], mut fi
             later: Vec::new(),
             pairs: Vec::new(),
             shape: shapes[index],
+            chooses_pivots: false,
         });
         first += size;
         start += nodes[index].panel_len();
@@ -277,12 +283,13 @@ fn lay_out_nodes(order: &[Eliminated], shapes: &[Shape], sizes: &[usize], mut fi
 fn runs(nodes: &[Node]) -> Vec<(&'static dyn Kernel, Range<usize>)> {
     let mut first = 0;
     let linked = |node: &Node| node.shape != Shape::Any;
-    let alike = nodes.chunk_by(|a, b| (a.size, linked(a)) == (b.size, linked(b)));
+    let kind = |node: &Node| (node.size, linked(node), node.chooses_pivots);
+    let alike = nodes.chunk_by(|a, b| kind(a) == kind(b));
     alike
         .map(|run| {
             let nodes = first..first + run.len();
             first = nodes.end;
-            (kernel(run[0].size, linked(&run[0])), nodes)
+            (if run[0].chooses_pivots { &BestRows } else { kernel(run[0].size, linked(&run[0])) }, nodes)
         })
         .collect()
 }

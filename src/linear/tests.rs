@@ -365,7 +365,7 @@ fn redundant_constraints_are_reported() {
             let groups = ends.iter().enumerate().map(|(g, &end)| Group {
                 unknowns: (if g == 0 { 0 } else { ends[g - 1] }..end).collect(),
                 after: (0..g).map(single).collect(),
-                parent: None,
+                ..Group::default()
             });
             let s = Symbolic::analyse(&Pattern {
                 size: 4,

@@ -12,5 +12,6 @@ mod joints;
 mod left_out;
 mod loops;
 mod massless;
+mod massless_coordinates;
 mod natural_coordinates;
 mod redundant;

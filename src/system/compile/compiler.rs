@@ -207,12 +207,12 @@ fn check_tensors(tensors: &[(String, [Param; 6])], design: &[f64]) -> Result<(),
     Ok(())
 }
 
-/// Checks that every coordinate appears in some kinetic energy.
+/// Checks that every coordinate appears in some kinetic energy or constraint.
 fn check_inertia(elements: &[Element], names: &Names, n: usize) -> Result<(), Error> {
-    let mut heavy = vec![false; n];
-    let kinetic = elements.iter().filter(|element| element.kind() == ElementKind::Kinetic);
-    kinetic.flat_map(|element| &element.to.q).for_each(|&i| heavy[i] = true);
-    match heavy.iter().position(|heavy| !heavy) {
+    let mut appears = vec![false; n];
+    let moves = |element: &&Element| matches!(element.kind(), ElementKind::Kinetic | ElementKind::Holonomic);
+    elements.iter().filter(moves).flat_map(|element| &element.to.q).for_each(|&i| appears[i] = true);
+    match appears.iter().position(|appears| !appears) {
         Some(i) => Err(Error::MissingInertia { coordinate: names.coordinates[i].clone() }),
         None => Ok(()),
     }

@@ -45,18 +45,16 @@ pub(in crate::system) struct Groups {
 }
 
 pub(in crate::system) fn groups(
-    (elements, batches): (&[Element], &Batches),
+    elements: &[Element],
     (blocks, inertia, may_open): (&[Range<usize>], &[f64], &[usize]),
-    (n, m): (usize, usize),
-    at: &NodeView<f64>,
+    (n, phi_q): (usize, &[Vec<Vec<Entry>>; 2]),
 ) -> Groups {
     let block_of: Vec<usize> = blocks.iter().enumerate().flat_map(|(b, range)| range.clone().map(move |_| b)).collect();
     let (may_open, joints): (Vec<Joint>, Vec<Joint>) =
         joints(elements, &block_of).into_iter().partition(|joint| joint.equations.iter().any(|j| may_open.contains(j)));
     let tree = Tree::new(blocks.len(), &joints);
-    let moved: Vec<f64> = (1..).zip(at.q).map(|(i, q)| q + 0.3 + 0.4 * f64::from(i).sin()).collect();
-    let phi_q = [*at, NodeView { q: &moved, ..*at }].map(|at| jacobian(batches, m, &at));
-    let body = |(range, &parent): (&Range<usize>, _)| Group { unknowns: range.clone().collect(), parent, after: Vec::new() };
+    let body =
+        |(range, &parent): (&Range<usize>, _)| Group { unknowns: range.clone().collect(), parent, ..Group::default() };
     let mut groups: Vec<Group> = blocks.iter().zip(&tree.parent).map(body).collect();
     // A body without inertia of its own is assigned that of the bodies it carries.
     for (child, parent) in tree.parent.iter().enumerate() {
@@ -67,7 +65,7 @@ pub(in crate::system) fn groups(
     // A body that a constraint carries only for a time does not own it.
     let mut loop_equations = may_open;
     for joint in joints {
-        let regular = |&b: &usize| can_own(&owned[b], &joint.equations, &blocks[b], &phi_q);
+        let regular = |&b: &usize| can_own(&owned[b], &joint.equations, &blocks[b], phi_q);
         match tree.carried_by(&joint.blocks).filter(regular) {
             Some(b) => {
                 owned[b].extend(&joint.equations);
@@ -78,7 +76,7 @@ pub(in crate::system) fn groups(
     }
     for joint in &loop_equations {
         let after = tree.loop_of(&joint.blocks);
-        groups.push(Group { unknowns: joint.equations.iter().map(|j| n + j).collect(), parent: None, after });
+        groups.push(Group { unknowns: joint.equations.iter().map(|j| n + j).collect(), after, ..Group::default() });
     }
     Groups { groups, loop_equations: loop_equations.into_iter().flat_map(|joint| joint.equations).collect() }
 }
@@ -221,7 +219,7 @@ fn restricted(phi_q: &[Vec<Entry>], rows: &[usize], block: &Range<usize>) -> DMa
 }
 
 /// Φ_q by rows.
-fn jacobian(batches: &Batches, m: usize, at: &NodeView<f64>) -> Vec<Vec<Entry>> {
+pub(super) fn jacobian(batches: &Batches, m: usize, at: &NodeView<f64>) -> Vec<Vec<Entry>> {
     let mut entries = Vec::new();
     for batch in &batches.0 {
         // Missing rows are not owned by any body.

@@ -4,6 +4,7 @@ mod compiler;
 mod groups;
 mod names;
 mod parameters;
+mod postponed;
 mod scene_parts;
 mod structure;
 

@@ -5,9 +5,10 @@
 use std::ops::Range;
 
 use super::groups::{self, Groups};
+use super::postponed;
 use crate::linear::{Pattern, Symbolic};
 use crate::number::guarded;
-use crate::system::formula::{Batches, BlockEntry, Element, ElementKind, Layout, NodeView, RelativeEntry};
+use crate::system::formula::{Batches, BlockEntry, Element, ElementKind, Entry, Layout, NodeView, RelativeEntry};
 use crate::system::tangent::{Assembly, Constants, Formulas, Places, Sines, Workspace};
 
 impl Formulas {
@@ -49,31 +50,55 @@ pub(in crate::system) fn analyse(
     let (mut entries, mut constant) = entries(elements, (n, m));
     let mut values = Constants::new(n);
     constants(elements, at.design, &mut values);
-    // A coordinate without inertia of its own has no pivot before other unknowns are eliminated, so it is not condensed.
+    let moved: Vec<f64> = (1..).zip(at.q).map(|(i, q)| q + 0.3 + 0.4 * f64::from(i).sin()).collect();
+    let points = [*at, NodeView { q: &moved, ..*at }];
+    let phi_q = points.map(|at| groups::jacobian(batches, m, &at));
     let mut inertia = vec![0.0; n];
-    let diagonal = values.tangent().filter(|(row, col, power, _)| row == col && *power == 0 && *row < n);
-    diagonal.for_each(|(i, _, _, value)| inertia[i] += value);
-    let varying = elements.iter().filter(|e| e.kind() == ElementKind::Kinetic && !e.formula.varying.is_empty());
-    // 2 T at the velocity 1 of one coordinate.
-    let mut v = vec![0.0; n];
-    for (element, &i) in varying.flat_map(|element| element.to.q.iter().map(move |i| (element, i))) {
-        v[i] = 1.0;
-        let item = batches.item(element.place);
-        inertia[i] += guarded(|| item.energy(&NodeView { v: &v, ..*at })).map_or(f64::INFINITY, f64::abs);
-        v[i] = 0.0;
+    mass(batches, at).iter().filter(|e| e.row == e.col).for_each(|e| inertia[e.row] += e.value);
+    // A coordinate without inertia has no pivot before other unknowns are eliminated, so it is not condensed. Its diagonal entry says that it is no
+    // multiplier.
+    for i in (0..n).filter(|i| inertia[*i] == 0.0) {
+        entries.push((i, i));
+        constant[i] = false;
     }
-    inertia.iter().zip(&mut constant).for_each(|(inertia, constant)| *constant &= *inertia != 0.0);
-    let Groups { groups, loop_equations } = groups::groups((elements, batches), (blocks, &inertia, may_open), (n, m), at);
+    let Groups { groups, loop_equations } = groups::groups(elements, (blocks, &inertia, may_open), (n, &phi_q));
     // Diagonal entries for compliances, in case the loop equations are dependent or open.
     for &j in &loop_equations {
         entries.push((n + j, n + j));
         constant[n + j] = false;
     }
-    let symbolic = Symbolic::analyse(&Pattern { size: n + m, entries, constant, groups });
+    let masses = if inertia.contains(&0.0) { points.map(|at| mass(batches, &at)).to_vec() } else { Vec::new() };
+    let matrices = masses.iter().zip(&phi_q).flat_map(|(mass, phi_q)| tangents(n, mass, phi_q, may_open));
+    let symbolic = postponed::analyse(&mut Pattern { size: n + m, entries, constant, groups }, &Vec::from_iter(matrices));
     let slot = |row, col| symbolic.slot(row, col).unwrap_or_default();
     let position = |unknown| symbolic.position(unknown);
     let sines = Sines::new(values.waves, &Places { n, position, slot });
     Analysis { symbolic, sines, loop_equations }
+}
+
+/// The entries of M; NaN for elements that are not defined.
+fn mass(batches: &Batches, at: &NodeView<f64>) -> Vec<Entry> {
+    let mut entries = Vec::new();
+    for item in batches.of_kind(ElementKind::Kinetic).flat_map(|batch| &batch.items) {
+        if guarded(|| item.mass(at, &mut entries)).is_none() {
+            entries.extend(item.to.q.iter().map(|&i| Entry { row: i, col: i, value: f64::NAN }));
+        }
+    }
+    entries
+}
+
+/// K(0) with all constraints, and without all or all but one of those that may open.
+fn tangents(n: usize, mass: &[Entry], phi_q: &[Vec<Entry>], may_open: &[usize]) -> Vec<Vec<Entry>> {
+    let with = |is_closed: &dyn Fn(usize) -> bool| {
+        let rows = phi_q.iter().flatten().filter(|e| is_closed(e.row) || !may_open.contains(&e.row));
+        mass.iter().filter(|e| e.row >= e.col).copied().chain(rows.map(|e| Entry { row: n + e.row, ..*e })).collect()
+    };
+    let mut tangents = vec![with(&|_| true)];
+    if !may_open.is_empty() {
+        tangents.push(with(&|_| false));
+        tangents.extend(may_open.iter().map(|&closed| with(&|row| row == closed)));
+    }
+    tangents
 }
 
 /// Structural nonzeros of K, and for each unknown whether its row and column are constant and its equations are linear in the state.

@@ -166,6 +166,17 @@ impl PlacedElement {
         self.inputs().for_each(|slot| rows.add(self.to.argument(slot), self.directional(at, with, slot)));
     }
 
+    /// Appends the element's entries of M = 𝓛_vv, column by column.
+    pub fn mass(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>) {
+        for (i, &col) in self.to.q.iter().enumerate() {
+            self.differentiate(at, Slot::V(i), &mut |of, value| {
+                if let Component::Momentum(j) = of {
+                    entries.push(Entry { row: self.to.q[j], col, value });
+                }
+            });
+        }
+    }
+
     /// Whether the element's constraints depend on a design variable.
     pub fn is_set_by_design(&self) -> bool {
         !self.to.sigma.is_empty() && self.to.b.iter().any(|b| b.bound().is_some())
