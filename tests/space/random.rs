@@ -12,7 +12,7 @@ mod plan;
 use std::collections::BTreeMap;
 
 use hamiltonian_adjoint::check::Random;
-use hamiltonian_adjoint::{Error, Grid, Inputs, Mechanics, Settings, Solver, Start, System};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Mechanics, Report, Settings, Solver, Start, System};
 use nalgebra::{DVector, Vector3};
 use num_dual::Dual2_64;
 
@@ -27,6 +27,9 @@ fn cases() -> u64 {
     std::env::var("RANDOM_SCENES").ok().and_then(|count| count.parse().ok()).unwrap_or(60)
 }
 
+/// How many roundings may add up where each of them is magnified by a small pivot.
+const ROUNDINGS: f64 = 64.0;
+
 /// Whether the frame of a direction is found from −z.
 fn is_below(z: [f64; 3]) -> bool {
     Vector3::from(z).normalize().z < -0.9
@@ -38,6 +41,8 @@ struct Tally {
     largest: BTreeMap<String, (f64, u64)>,
     counts: BTreeMap<String, u64>,
     failures: Vec<String>,
+    /// What roundings may make of numbers with the smallest pivot of this scene.
+    rounding: f64,
     seed: u64,
 }
 
@@ -51,13 +56,22 @@ impl Tally {
         self.count(whole.split([' ', '{', '(']).next().unwrap_or_default());
     }
 
+    fn begin(&mut self, seed: u64) {
+        (self.seed, self.rounding) = (seed, 0.0);
+    }
+
+    /// Roundings that may be magnified by a small pivot: axes of massless bodies that are nearly parallel.
+    fn allow_for(&mut self, report: &Report) {
+        self.rounding = ROUNDINGS * f64::EPSILON / report.worst_pivot;
+    }
+
     /// Notes an error, and whether it is within a bound.
     fn note(&mut self, what: &str, error: f64, bound: f64) {
         let (largest, seed) = self.largest.entry(what.into()).or_insert((0.0, self.seed));
         if error > *largest {
             (*largest, *seed) = (error, self.seed);
         }
-        if error.is_nan() || error > bound {
+        if error.is_nan() || error > bound.max(self.rounding) {
             self.failures.push(format!("seed {}: {what}: {error:e}", self.seed));
         }
     }
@@ -158,6 +172,9 @@ fn compare_one(tally: &mut Tally, seed: u64, scope: Scope) -> Result<(), Error> 
     let plan = plan(&mut random, scope);
     let built = build(&plan, &mut random);
     let system = built.scene.clone().compile()?;
+    let mut solver = Solver::new(&system, Settings::default());
+    solver.simulate(&inputs(&system, &built, Grid::uniform(1, 0.002)))?;
+    tally.allow_for(solver.report());
     let (u, state) = (controls(system.k()), [&built.q[..], &built.v]);
     let here = Mechanics::new(&system, state[0], state[1])?.with_controls(&u)?;
     compare_mechanics(tally, &here, &chain(&plan, &built, (&plan.designs, &u)), &built, state)?;
@@ -174,7 +191,7 @@ fn compare_one(tally: &mut Tally, seed: u64, scope: Scope) -> Result<(), Error> 
 fn random_trees_move_like_chains_of_transforms() {
     let mut tally = Tally::default();
     for seed in 0..cases() {
-        tally.seed = seed;
+        tally.begin(seed);
         if let Err(error) = compare_one(&mut tally, seed, TREES) {
             println!("seed {seed}: {error}");
             tally.refused(&error);

@@ -49,7 +49,7 @@ fn conserve_one(tally: &mut Tally, seed: u64, afloat: bool) -> Result<(), Error>
 fn energy_and_momenta_of_random_trees_are_conserved() {
     let mut tally = Tally::default();
     for seed in 2000..2000 + cases() / 2 {
-        tally.seed = seed;
+        tally.begin(seed);
         if let Err(error) = conserve_one(&mut tally, seed, seed % 2 == 0) {
             println!("seed {seed}: {error}");
             tally.refused(&error);

@@ -17,8 +17,8 @@ fn close_one(tally: &mut Tally, seed: u64) -> Result<(), Error> {
     let mut built = build(&plan, &mut random);
     built.cost(|| Mixed { reads_accelerations: false });
     let system = built.scene.clone().compile()?;
-    if system.n() <= system.m() {
-        tally.count("locked");
+    if system.m() == 0 || system.n() <= system.m() {
+        tally.count("locked or without loops");
         return Ok(());
     }
     let mut inputs = inputs(&system, &built, Grid::uniform(8, 0.005));
@@ -54,7 +54,7 @@ fn close_one(tally: &mut Tally, seed: u64) -> Result<(), Error> {
 fn random_loops_are_closed_and_their_derivatives_exact() {
     let mut tally = Tally::default();
     for seed in 3000..3000 + cases() {
-        tally.seed = seed;
+        tally.begin(seed);
         if let Err(error) = close_one(&mut tally, seed) {
             println!("seed {seed}: {error}");
             tally.refused(&error);

@@ -96,7 +96,8 @@ fn furuta(tensors_follow: bool, time: f64) -> Result<Case, Error> {
     };
     let mut space = scene.spatial();
     space.gravity(array::<3>(&of["g"]));
-    let arm = space.body("arm", Inertia::principal(mass, (0.0, 0.0, arm_tensor)).centred_at([arm_length / 2.0, 0.0, 0.0]));
+    let arm =
+        space.body("arm", Inertia::principal(mass, (0.0, arm_tensor, arm_tensor)).centred_at([arm_length / 2.0, 0.0, 0.0]));
     let inertia = Inertia::principal(pendulum_mass, (tensor, tensor, axial)).centred_at((0.0, 0.0, length * -0.5));
     let pendulum = space.body("pendulum", inertia);
     let x = [1.0, 0.0, 0.0];
