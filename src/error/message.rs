@@ -44,7 +44,7 @@ impl fmt::Display for Error {
                 )
             }
             Error::NoBody { element } => {
-                write!(f, "`{element}` connects the ground or one body to itself; at least one side must be another body")
+                write!(f, "`{element}` connects the ground or one body to itself; at least one side must be a body, and not that of the other side")
             }
             Error::Inertia { body, moments: [a, b, c] } => write!(
                 f,

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Accelerations of robots at random states, computed by Pinocchio, as reference values for `cargo run --example compare` and for the tests.
+"""Accelerations of robots at random states, computed by Pinocchio, as reference values for `cargo run --example compare_robots` and for the tests.
 
     pip install pin==4.1.0 example-robot-data==5.0.0
     python3 urdf/reference/accelerations.py FOLDER_OF_URDF_FILES OUT [--states 100]
-    cargo run --release -p urdf --example compare -- FOLDER_OF_URDF_FILES OUT
+    cargo run --release -p urdf --example compare_robots -- FOLDER_OF_URDF_FILES OUT
 
 Gravity is -9.81 along z. Every file is read with a fixed and with a floating base. In every second state the torques are zero; otherwise they are
 random. The velocities and accelerations of floating bases and planar joints are those of Pinocchio, in the axes of the moving frame.

@@ -1,6 +1,6 @@
 //! Compares the accelerations of robots with those of Pinocchio, which `urdf/reference/accelerations.py` has written as JSON files:
 //!
-//! `cargo run --release -p urdf --example compare -- FOLDER_OF_URDF_FILES FOLDER_OF_JSON_FILES`
+//! `cargo run --release -p urdf --example compare_robots -- FOLDER_OF_URDF_FILES FOLDER_OF_JSON_FILES`
 //!
 //! Every line contains the largest difference of a file, relative to the largest acceleration of the state; the difference between two algorithms of
 //! Pinocchio; and the residual of Pinocchio's equations, if it knows the accelerations with few digits. Without the second folder the program only
@@ -24,7 +24,7 @@ fn main() -> ExitCode {
         [robots] => read_all(robots),
         [robots, reference] => read_all(robots).and_then(|()| compare_all(robots, reference)),
         _ => {
-            Err("usage: cargo run --release -p urdf --example compare -- FOLDER_OF_URDF_FILES [FOLDER_OF_JSON_FILES]".into())
+            Err("usage: cargo run --release -p urdf --example compare_robots -- FOLDER_OF_URDF_FILES [FOLDER_OF_JSON_FILES]".into())
         }
     };
     match result {
