@@ -24,7 +24,8 @@ fn main() -> ExitCode {
         [robots] => read_all(robots),
         [robots, reference] => read_all(robots).and_then(|()| compare_all(robots, reference)),
         _ => {
-            Err("usage: cargo run --release -p urdf --example compare_robots -- FOLDER_OF_URDF_FILES [FOLDER_OF_JSON_FILES]".into())
+            Err("usage: cargo run --release -p urdf --example compare_robots -- FOLDER_OF_URDF_FILES [FOLDER_OF_JSON_FILES]"
+                .into())
         }
     };
     match result {
