@@ -1,5 +1,6 @@
 //! Controls that are functions of time although located events move the nodes.
 
+use hamiltonian_adjoint::optimize::{Free, MotionProblem, Options, Variables, lbfgs, silent};
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
@@ -215,5 +216,41 @@ fn without_events_there_is_no_difference() -> Result<(), Error> {
     given.grid.steps[7] = 0.0;
     let own = gradient(&system, &given, Settings::default())?;
     assert_eq!(own, gradient(&system, &in_time(&system, given), Settings::default())?);
+    Ok(())
+}
+
+/// t.
+struct Late;
+
+impl Cost<0, 0, 0, 0> for Late {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.t
+    }
+}
+
+#[test]
+fn optimisers_change_both_knots_at_a_step_of_length_zero() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let block = scene.particle("block", 2.0, [0.0, 0.0]);
+    let push = scene.control("push");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, block.point(), push);
+    scene.event("far", Far, [block.coordinates[0]], [], [], []);
+    scene.cost("late", Late, Sum::Event(0), [], [], [], []);
+    scene.effort("effort", push, 0.1);
+    let system = scene.compile()?;
+    let grid = Grid::uniform(20, 0.05).then(&Grid::new(0.0, vec![0.0])).then(&Grid::uniform(20, 0.05));
+    let mut given = Inputs::at_rest(&system, grid);
+    given.set_control(push, |t| 3.0 - t);
+    given.events = vec![system.event(0).at(20)];
+    for is_in_time in [true, false] {
+        let given = if is_in_time { in_time(&system, given.clone()) } else { given.clone() };
+        let variables = Variables::new(&system, &given, vec![Free::control(push).within(-5.0, 5.0)])?;
+        let mut problem = MotionProblem::new(&system, Settings::default(), given, variables)?;
+        let start = problem.start();
+        let outcome = lbfgs(&mut problem, &start, &Options::default(), &mut silent)?;
+        println!("{} after {} iterations ({:?})", outcome.value, outcome.iterations, outcome.reason);
+        assert!(outcome.reason.is_converged(), "{:?}", outcome.reason);
+        assert!(!is_in_time || outcome.x[20] == outcome.x[21]);
+    }
     Ok(())
 }
