@@ -30,7 +30,7 @@ use space::Space;
 const MOST_FRAMES: usize = 1500;
 /// Maximum number of controls, and of coordinates without a body, that are plotted by default.
 const MOST_PLOTS: usize = 4;
-/// The same if there are bodies in space: an arm has up to seven joints.
+/// Maximum number of these plots if there are bodies in space: an arm has up to seven joints.
 const MOST_PLOTS_IN_SPACE: usize = 7;
 
 /// An animation of a motion, to be written as an HTML page or as an SVG picture.

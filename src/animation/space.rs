@@ -7,8 +7,8 @@ use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, SymmetricEigen, Translatio
 use super::figure::{Figure, ROUNDING, UNIT};
 use super::shapes::{AXES, INK, Shape};
 use super::vector::COLOURS;
-use crate::model::space::{Bodies, Following, Frame, Inertia, Matrix, Motion, Vector};
-use crate::model::{Coordinate, Param};
+use crate::model::Param;
+use crate::model::space::{Bodies, Frame, Inertia, Joint, Matrix, Motion, Vector};
 use crate::{Mechanics, System};
 
 /// Maximum number of iterations for principal axes.
@@ -76,7 +76,8 @@ impl Space {
         }
         let number = |x: Param| states[0].parameter(x);
         let gravity = Vector3::from(system.sketch().gravity.map(|g| g.map_or(0.0, number)));
-        let moving = (0..bodies.frames.len()).map(|frame| Group { poses: poses(states, frame), parts: Vec::new() });
+        let poses_of = |frame: usize| poses(states, bodies.frame(frame, &number));
+        let moving = (0..bodies.frames.len()).map(|frame| Group { poses: poses_of(frame), parts: Vec::new() });
         let ground = Group { poses: vec![Isometry3::identity()], parts: Vec::new() };
         let mut space = Space {
             up: (-gravity).try_normalize(0.0).unwrap_or(Vector3::z()),
@@ -89,14 +90,8 @@ impl Space {
         };
         space.add_bodies(bodies, &number);
         space.add_skeletons(bodies, &number);
-        let planar: Vec<Coordinate> = system.sketch().bodies.iter().flat_map(|(_, frame)| frame.own_coordinates()).collect();
-        let is_planar = |of: &Following| planar.contains(&of.coordinate);
-        for (name, frames) in &bodies.joints {
-            let motions = &bodies.frames[frames.clone()];
-            // A body in the plane has no joint.
-            if !(motions.len() == 3 && matches!(&motions[0].motion, Motion::Slide(_, x) if is_planar(x))) {
-                space.add_joint(name, (bodies, frames.clone()), states);
-            }
+        for Joint { name, frames, .. } in &bodies.joints {
+            space.add_joint(name, (bodies, frames.clone()), states);
         }
         Some(space)
     }
@@ -107,7 +102,7 @@ impl Space {
 
     fn add_bodies(&mut self, bodies: &Bodies, number: &dyn Fn(Param) -> f64) {
         for (k, body) in bodies.all.iter().enumerate() {
-            let Some((_, at)) = &body.carried else { continue };
+            let Some(at) = &body.carried else { continue };
             let (group, pose) = (self.group(at.frame, bodies), local(at.turn, at.origin, number));
             match of_inertia(&body.inertia, pose, number) {
                 Some(shape) => group.add(&body.name, COLOURS[k % COLOURS.len()], shape),
@@ -119,11 +114,8 @@ impl Space {
 
     /// Lines from the joint of a body to the joints of the bodies that it carries, or else to its centre of mass.
     fn add_skeletons(&mut self, bodies: &Bodies, number: &dyn Fn(Param) -> f64) {
-        let first_in = |frame: usize| {
-            let is_here =
-                |body: &crate::model::space::BodyPart| body.carried.as_ref().is_some_and(|(_, at)| at.frame == Some(frame));
-            bodies.all.iter().position(is_here)
-        };
+        let first_in =
+            |frame: usize| bodies.all.iter().position(|body| body.carried.is_some_and(|at| at.frame == Some(frame)));
         for frame in 0..bodies.frames.len() {
             let Some(body) = first_in(frame) else { continue };
             let children = bodies.frames.iter().filter(|child| child.parent == Some(frame));
@@ -217,10 +209,10 @@ fn pose(turn: Matrix3<f64>, origin: [f64; 3]) -> Isometry3<f64> {
 }
 
 /// The poses of a frame. The signs of Euler parameters are those that make them continuous.
-fn poses(states: &[Mechanics], frame: usize) -> Vec<Isometry3<f64>> {
+fn poses(states: &[Mechanics], place: impl Fn(&[f64]) -> ([f64; 3], [[f64; 3]; 3])) -> Vec<Isometry3<f64>> {
     let mut last = UnitQuaternion::identity();
     let next = |at: &Mechanics| {
-        let (origin, axes) = at.spatial_frame(frame);
+        let (origin, axes) = place(at.q());
         let mut next = pose(Matrix3::from_fn(|i, j| axes[j][i]), origin);
         if next.rotation.coords.dot(&last.coords) < 0.0 {
             next.rotation = UnitQuaternion::new_unchecked(-next.rotation.into_inner());

@@ -6,7 +6,7 @@
 //!   u = U_k + r (t − τ_k),     r = (U_{k+1} − U_k)/(τ_{k+1} − τ_k)
 //! ```
 //!
-//! It is constant after the last knot. It does not jump: knots at both ends of a step of length zero have the mean of their values, so that the
+//! The control is constant after the last knot. A control does not jump: knots at both ends of a step of length zero have the mean of their values, so that the
 //! derivatives with respect to them are equal. Where a node is at a knot up to rounding, as in a motion whose given steps are right, r is the mean of both
 //! sides: the derivative with respect to t does not depend on rounding, and is right to second order if the knots are those of a smooth function.
 

@@ -254,11 +254,6 @@ impl<'s> Mechanics<'s> {
         self.system.sketch().space.state_of(marker, &|param| self.parameter(param), [&self.q, &self.v, v_dot])
     }
 
-    /// Origin and axes of a frame of the bodies in space.
-    pub(crate) fn spatial_frame(&self, frame: usize) -> ([f64; 3], [[f64; 3]; 3]) {
-        self.system.sketch().space.frame_at(frame, &|param| self.parameter(param), &self.q)
-    }
-
     /// The coordinates q.
     pub(crate) fn q(&self) -> &[f64] {
         &self.q

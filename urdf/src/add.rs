@@ -5,7 +5,6 @@ use hamiltonian_adjoint::{Coordinate, Scene};
 use nalgebra::{Rotation3, Unit, Vector3};
 
 use crate::added::{Added, Base, Damping, Follower, Locked, Moving, Options};
-use crate::elements::Viscous;
 use crate::error::{Doubt, Error, Fault};
 use crate::inertia;
 use crate::mimic::{Cause, State, massive, states};
@@ -138,7 +137,7 @@ impl Adding<'_> {
         for (which, damping) in damping.into_iter().enumerate().filter(|(_, damping)| *damping != 0.0) {
             if let Some(coordinate) = coordinates[which] {
                 let name = format!("damping of {}", self.name(&self.robot.joints[which].name));
-                scene.force(&name, Viscous, [coordinate], [], [damping.into()]);
+                scene.axis_spring_damper(&name, coordinate, 0.0, 0.0, damping);
             }
         }
     }

@@ -3,7 +3,6 @@
 use hamiltonian_adjoint::spatial::{Body, Free};
 use hamiltonian_adjoint::{Control, Coordinate, Scene};
 
-use crate::elements::Drive;
 use crate::error::Doubt;
 use crate::mimic::Cause;
 use crate::robot::{Kind, Limit};
@@ -130,7 +129,7 @@ impl Added {
         let drive = |(joint, coordinate): (&Moving, Coordinate)| {
             let name = format!("{}{}", self.prefix, joint.name);
             let control = scene.control(&name);
-            scene.force(&format!("drive of {name}"), Drive, [coordinate], [control], []);
+            scene.motor(&format!("drive of {name}"), coordinate, control);
             control
         };
         self.drivable().map(drive).collect()

@@ -39,7 +39,6 @@
 
 mod add;
 mod added;
-mod elements;
 mod error;
 mod inertia;
 mod mimic;

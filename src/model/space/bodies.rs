@@ -13,8 +13,16 @@ use crate::model::{Coordinate, Param};
 pub(crate) struct BodyPart {
     pub(crate) name: String,
     pub(crate) inertia: Inertia,
-    /// The joint that carries it, and where it is fixed; `None` until the joint is added.
-    pub(crate) carried: Option<(String, Carried)>,
+    /// Where it is fixed; `None` until a joint carries it.
+    pub(crate) carried: Option<Carried>,
+}
+
+/// A joint, the body that it carries, and its frames.
+#[derive(Clone, Debug)]
+pub(crate) struct Joint {
+    pub(crate) name: String,
+    pub(crate) body: usize,
+    pub(crate) frames: Range<usize>,
 }
 
 /// A frame that moves relative to its parent, by a fixed rotation and origin and then by a motion.
@@ -59,8 +67,7 @@ pub(crate) struct Following {
 pub(crate) struct Bodies {
     pub(crate) all: Vec<BodyPart>,
     pub(crate) frames: Vec<Frame>,
-    /// The joints that carry bodies, with their frames.
-    pub(crate) joints: Vec<(String, Range<usize>)>,
+    pub(crate) joints: Vec<Joint>,
 }
 
 impl Carried {
@@ -100,17 +107,15 @@ impl Bodies {
         let Body(Some(body)) = marker.body else { return Ok(Carried::at_origin(None).inner(axes, marker.at)) };
         let BodyPart { name, carried, .. } = &self.all[body.index];
         match carried {
-            Some((_, carried)) => Ok(carried.inner(axes, marker.at)),
+            Some(carried) => Ok(carried.inner(axes, marker.at)),
             None => Err(Error::NotCarried { part: part.into(), body: name.clone() }),
         }
     }
 
-    /// Lets a joint carry a body that is fixed here.
-    pub(crate) fn carry(&mut self, body: usize, joint: &str, at: Carried) {
+    /// Fixes a body here.
+    pub(crate) fn carry(&mut self, body: usize, at: Carried) {
         let body = &mut self.all[body];
-        body.carried = Some((joint.into(), at));
-        let first = self.joints.last().map_or(0, |(_, frames)| frames.end);
-        self.joints.push((joint.into(), first..self.frames.len()));
+        body.carried = Some(at);
         if let Some(frame) = at.frame {
             self.frames[frame].moments.add(&Moments::of(&body.inertia, at.turn, at.origin));
         }
@@ -130,7 +135,7 @@ impl Bodies {
         trees
     }
 
-    /// The frames from the ground, or from behind another frame, to a frame.
+    /// The frames from the ground, or those after another frame, to a frame.
     pub(crate) fn chain(&self, from: Option<usize>, to: Option<usize>) -> Vec<usize> {
         let parents = std::iter::successors(to, |frame| self.frames[*frame].parent);
         let mut chain: Vec<usize> = parents.take_while(|frame| Some(*frame) != from).collect();
@@ -147,7 +152,7 @@ impl Bodies {
     /// The name of the first body that one of these frames carries.
     pub(crate) fn first_of(&self, frames: &[usize]) -> &str {
         let is_among = |frame: usize| frames.binary_search(&frame).is_ok();
-        let is_here = |body: &&BodyPart| body.carried.as_ref().and_then(|(_, at)| at.frame).is_some_and(is_among);
+        let is_here = |body: &&BodyPart| body.carried.and_then(|at| at.frame).is_some_and(is_among);
         self.all.iter().find(is_here).map_or("bodies", |body| &body.name)
     }
 }

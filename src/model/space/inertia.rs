@@ -53,13 +53,13 @@ impl Inertia {
         Inertia::point(0.0)
     }
 
-    /// The same inertia with the centre of mass at a point of the body's frame, m.
+    /// This inertia with the centre of mass at a point of the body's frame, m.
     #[must_use]
     pub fn centred_at(self, centre: impl Components<3>) -> Self {
         Inertia { centre: centre.params(), ..self }
     }
 
-    /// The same inertia, accepted although no distribution of mass may have it, as in some files of robots.
+    /// This inertia, accepted although no distribution of mass may have it, as in some files of robots.
     #[must_use]
     pub fn unchecked(self) -> Self {
         Inertia { is_unchecked: true, ..self }

@@ -188,7 +188,7 @@ impl Scene {
 
     /// Adds the relation Σ a_k q_k = c of coordinates q_k with factors a_k, for example a gear between two joints.
     ///
-    /// It acts with the force −a_k λ on q_k.
+    /// The relation acts with the force −a_k λ on q_k.
     pub fn linear_relation<P: Into<Param>, const N: usize>(
         &mut self,
         name: &str,

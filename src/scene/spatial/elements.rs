@@ -31,6 +31,15 @@ impl Arguments {
         }
     }
 
+    /// The coordinates among those of a scene.
+    fn coordinates(&self, all: &[f64]) -> Vec<f64> {
+        self.q.iter().map(|q| all[q.index()]).collect()
+    }
+
+    fn parameters(&self, value: &dyn Fn(Param) -> f64) -> Vec<f64> {
+        self.b.0.iter().map(|param| value(*param)).collect()
+    }
+
     fn follows(&mut self, of: &Following) -> Follows {
         let known = self.q.iter().position(|q| *q == of.coordinate);
         let q = known.unwrap_or_else(|| {
@@ -65,18 +74,16 @@ impl Bodies {
     ) -> Result<MarkerState<f64>, Error> {
         let mut of = Arguments::default();
         let path = self.path(None, &self.fixed_at("a marker", marker, value)?, &mut of);
-        let of_all = |all: &[f64]| of.q.iter().map(|q| all[q.index()]).collect::<Vec<f64>>();
-        let b: Vec<f64> = of.b.0.iter().map(|param| value(*param)).collect();
-        Ok(path.state([&of_all(q), &of_all(v), &of_all(v_dot), &b]))
+        let [q, v, v_dot] = [q, v, v_dot].map(|all| of.coordinates(all));
+        Ok(path.state([&q, &v, &v_dot, &of.parameters(value)]))
     }
 
-    /// Origin and axes of a frame.
-    pub(crate) fn frame_at(&self, frame: usize, value: &dyn Fn(Param) -> f64, q: &[f64]) -> ([f64; 3], [[f64; 3]; 3]) {
+    /// Origin and axes of a frame as a function of the coordinates.
+    pub(crate) fn frame(&self, frame: usize, value: &dyn Fn(Param) -> f64) -> impl Fn(&[f64]) -> ([f64; 3], [[f64; 3]; 3]) {
         let mut of = Arguments::default();
         let path = self.path(None, &Carried::at_origin(Some(frame)), &mut of);
-        let q: Vec<f64> = of.q.iter().map(|of| q[of.index()]).collect();
-        let b: Vec<f64> = of.b.0.iter().map(|param| value(*param)).collect();
-        path.place(&q, &b)
+        let b = of.parameters(value);
+        move |q| path.place(&of.coordinates(q), &b)
     }
 
     /// A tree, with its coordinates and parameters.

@@ -68,7 +68,7 @@ pub enum Quantity {
     AngularAcceleration,
 }
 
-/// Paths to markers, and the place of the user's constants behind those of the paths.
+/// Paths to markers, and the number of the user's constants, which follow those of the paths.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Markers {
     pub(super) paths: Vec<Path>,
@@ -205,14 +205,21 @@ impl Spatial<'_> {
 
     /// As [`markers`](Self::markers), relative to the last frame that carries both: for forces that act between them.
     pub(super) fn pair(&mut self, part: &str, both: [Marker; 2], b: &[Param]) -> Option<(Markers, Arguments)> {
+        let (paths, mut of) = self.paths_between(part, both)?;
+        of.b.0.extend(b);
+        Some((Markers { paths: paths.into(), own: b.len() }, of))
+    }
+
+    /// The paths to two markers from the last frame that carries both; `None` after an error was reported.
+    pub(super) fn paths_between(&mut self, part: &str, both: [Marker; 2]) -> Option<([Path; 2], Arguments)> {
         let [first, second] = [self.fixed_at(part, both[0])?, self.fixed_at(part, both[1])?];
         let (space, mut of) = (&self.scene.parts.sketch.space, Arguments::default());
         let base = space.common(first.frame, second.frame);
-        let paths = [first, second].iter().map(|at| space.path(base, at, &mut of)).collect();
-        of.b.0.extend(b);
+        let paths = [first, second].map(|at| space.path(base, &at, &mut of));
         if of.q.is_empty() {
             self.scene.report(Error::NoBody { element: part.into() });
+            return None;
         }
-        Some((Markers { paths, own: b.len() }, of))
+        Some((paths, of))
     }
 }

@@ -1,10 +1,12 @@
 //! The joints of space. Where all coordinates of a joint are zero, the axes of its two markers coincide.
 
+use nalgebra::SVector;
+
 use super::Spatial;
-use crate::Error;
-use crate::model::space::{self, Body, BodyPart, Carried, Components, Following, Marker, Motion};
+use crate::model::space::{self, Body, BodyPart, Carried, Components, Following, Joint, Marker, Motion};
 use crate::model::{Coordinate, Multiplier, Param};
 use crate::scene::Scene;
+use crate::{Constraint, Error, Scalar};
 
 /// A joint with one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -73,13 +75,8 @@ pub struct LoadCell {
 /// q = 0.
 struct Locked;
 
-impl crate::Constraint<6, 6> for Locked {
-    fn phi<S: crate::Scalar>(
-        &self,
-        q: &nalgebra::SVector<S, 6>,
-        _b: &nalgebra::SVector<S, 0>,
-        _t: S,
-    ) -> nalgebra::SVector<S, 6> {
+impl Constraint<6, 6> for Locked {
+    fn phi<S: Scalar>(&self, q: &SVector<S, 6>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 6> {
         *q
     }
 }
@@ -87,14 +84,9 @@ impl crate::Constraint<6, 6> for Locked {
 /// |e|² − 1 = 0, halved so that its derivative is e.
 struct Unit;
 
-impl crate::Constraint<4, 1> for Unit {
-    fn phi<S: crate::Scalar>(
-        &self,
-        e: &nalgebra::SVector<S, 4>,
-        _b: &nalgebra::SVector<S, 0>,
-        _t: S,
-    ) -> nalgebra::SVector<S, 1> {
-        nalgebra::SVector::from_element((e.dot(e) - 1.0) * 0.5)
+impl Constraint<4, 1> for Unit {
+    fn phi<S: Scalar>(&self, e: &SVector<S, 4>, _b: &SVector<S, 0>, _t: S) -> SVector<S, 1> {
+        SVector::from_element((e.dot(e) - 1.0) * 0.5)
     }
 }
 
@@ -165,11 +157,9 @@ impl Spatial<'_> {
     pub fn load_cell(&mut self, name: &str, a: Marker, b: Marker) -> LoadCell {
         let q = self.scene.coordinates(name, ["x", "y", "z", "turn about x", "turn about y", "turn about z"]);
         let of = q.map(Following::of);
-        let [x, y, z, motions @ ..] = [0, 1, 2, 3, 4, 5].map(|k| match k {
-            0..3 => Motion::Slide(k, of[k]),
-            _ => Motion::Turn(k - 3, of[k]),
-        });
-        self.join(name, a, b, [&[x, y, z][..], &motions].concat());
+        let slides = (X..=Z).map(|axis| Motion::Slide(axis, of[axis]));
+        let turns = (X..=Z).map(|axis| Motion::Turn(axis, of[3 + axis]));
+        self.join(name, a, b, slides.chain(turns).collect());
         let [x, y, z, torque @ ..] = self.scene.constraint(name, Locked, q, []);
         LoadCell { force: [x, y, z], torque }
     }
@@ -215,15 +205,20 @@ impl Spatial<'_> {
             Err(error) => return scene.report(error),
         };
         let Body(Some(body)) = b.body() else { return scene.report(Error::CarriesGround { joint: name.into() }) };
-        if let BodyPart { name: body, carried: Some((first, _)), .. } = &scene.parts.sketch.space.all[body.index] {
-            let (joint, first, body) = (name.into(), first.clone(), body.clone());
+        let space = &mut scene.parts.sketch.space;
+        let BodyPart { name: own, carried, .. } = &space.all[body.index];
+        if carried.is_some() {
+            let first = space.joints.iter().find(|joint| joint.body == body.index).map_or(own, |joint| &joint.name);
+            let (joint, first, body) = (name.into(), first.clone(), own.clone());
             return scene.report(Error::SecondJoint { joint, first, body });
         }
         // The frame of the body from the marker.
         let back = space::transposed(inner);
         let origin = space::negated(space::apply(back, b.at));
-        let carried = scene.parts.sketch.space.add_frames(outer, motions).inner(back, origin);
-        scene.parts.sketch.space.carry(body.index, name, carried);
+        let first = space.frames.len();
+        let carried = space.add_frames(outer, motions).inner(back, origin);
+        space.carry(body.index, carried);
+        space.joints.push(Joint { name: name.into(), body: body.index, frames: first..space.frames.len() });
     }
 
     /// Where a marker is fixed; `None` after an error was reported.

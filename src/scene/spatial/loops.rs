@@ -7,7 +7,7 @@ use super::{Marker, Spatial};
 use crate::model::{Multiplier, Param};
 use crate::{ListConstraint, Scalar};
 
-/// What two markers a and b have in common. Both paths begin at the last frame that carries both, so that Φ does not depend on other coordinates.
+/// A constraint between two markers a and b. Both paths begin at the last frame that carries both, so that Φ does not depend on other coordinates.
 struct Between {
     paths: [Path; 2],
     rows: Rows,
@@ -115,17 +115,8 @@ impl Spatial<'_> {
         b: Marker,
         rows: impl FnOnce(&mut Arguments) -> Rows,
     ) -> [Multiplier; M] {
-        let (Some(first), Some(second)) = (self.fixed_at(name, a), self.fixed_at(name, b)) else {
-            return self.scene.no_multipliers();
-        };
-        let mut of = Arguments::default();
-        let base = self.scene.parts.sketch.space.common(first.frame, second.frame);
-        let paths = [first, second].map(|at| self.scene.parts.sketch.space.path(base, &at, &mut of));
+        let Some((paths, mut of)) = self.paths_between(name, [a, b]) else { return self.scene.no_multipliers() };
         let element = Between { paths, rows: rows(&mut of) };
-        if of.q.is_empty() {
-            self.scene.report(crate::Error::NoBody { element: name.into() });
-            return self.scene.no_multipliers();
-        }
         let multipliers = self.scene.list_constraint(name, element, M, &of.q, &of.b.0);
         multipliers.try_into().unwrap_or_else(|_| self.scene.no_multipliers())
     }

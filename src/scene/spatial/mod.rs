@@ -75,7 +75,7 @@ impl Spatial<'_> {
         if scene.check(name, "coordinate", body.coordinates.map(|q| q.0)) {
             let space = &mut scene.parts.sketch.space;
             let at = space.add_frames(Carried::at_origin(None), motions);
-            space.carry(space.all.len() - 1, name, at);
+            space.carry(space.all.len() - 1, at);
         }
         inner
     }
