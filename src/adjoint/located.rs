@@ -18,9 +18,9 @@ use nalgebra::DMatrix;
 use num_dual::Dual64;
 
 use crate::adjoint::Gradient;
-use crate::motion::{ByKnots, Motion, Phases, Timed};
+use crate::motion::{ByKnots, Motion, Phases, Timed, passed};
 use crate::number::{Real, dot};
-use crate::{Error, Grid, Inputs, System, Warning};
+use crate::{Error, Inputs, System, Warning};
 
 /// The events of a motion with the derivatives of their functions.
 pub(crate) struct Located {
@@ -222,11 +222,6 @@ fn duals(x: &[f64], change: &[f64]) -> Vec<Dual64> {
 
 fn changes(x: &[Dual64]) -> Vec<f64> {
     x.iter().map(|x| x.eps).collect()
-}
-
-/// The times of the nodes since the start.
-fn passed<R: Real>(steps: &[R]) -> Vec<R> {
-    Grid::new(R::zero(), steps.to_vec()).passed()
 }
 
 /// Adds the derivatives with respect to the times of nodes to those with respect to the steps before them.

@@ -37,8 +37,7 @@ impl Levels {
             let [near, far] = [singles[0][k] - singles[1][k], singles[1][k] - singles[2][k]].map(f64::abs);
             near.max(far / decrease)
         };
-        let has_knots = !inputs.events.is_empty() && !inputs.controls_in_time.is_empty();
-        let is_smooth = !has_knots && [fine, &middle].iter().all(|of| of.frozen.is_none());
+        let is_smooth = !inputs.has_knots() && [fine, &middle].iter().all(|of| of.frozen.is_none());
         Ok(Levels {
             extrapolated: is_smooth.then(|| extrapolated(fine, &middle, &inputs.grid.steps, 1.0 / (decrease - 1.0))),
             of_derivatives: (0..singles[0].len()).map(of_one).collect(),

@@ -14,7 +14,7 @@ use super::ForwardSweep;
 use super::samples::Samples;
 use crate::accelerations::EventFunctions;
 use crate::error::quoted;
-use crate::motion::{Occurrence, Phases, Scales, Timed, find_jump};
+use crate::motion::{Occurrence, Scales, Trial, find_jump};
 use crate::{Error, Inputs, Settings, System, Warning};
 
 /// Largest number of passes through a phase.
@@ -75,33 +75,6 @@ struct Search {
     /// A length, without its sign, up to which no zero was seen, and one up to which one was; the number of passes that hardly brought them closer.
     between: [f64; 2],
     slow: usize,
-}
-
-/// The given inputs, and those whose steps are tried.
-struct Trial<'a> {
-    given: &'a Inputs,
-    taken: Inputs,
-    phases: Phases,
-    /// The knots of controls that are functions of time.
-    timed: Option<Timed>,
-}
-
-impl<'a> Trial<'a> {
-    fn of(given: &'a Inputs) -> Self {
-        let phases = Phases::new(&given.events, &given.grid.steps);
-        Trial { given, taken: given.clone(), phases, timed: Timed::of(given) }
-    }
-
-    /// Sets the steps of a phase to multiples of the given ones, and the controls at its nodes.
-    fn set_steps(&mut self, phase: usize, scale: f64) {
-        let steps = self.phases.steps(phase);
-        let given = self.given.grid.steps[steps.clone()].iter();
-        self.taken.grid.steps[steps.clone()].iter_mut().zip(given).for_each(|(dt, given)| *dt = given * scale);
-        if let Some(timed) = &self.timed {
-            let nodes = steps.start + 1..steps.end + 1;
-            timed.write(&self.taken.grid.passed(), nodes, &mut self.taken.controls);
-        }
-    }
 }
 
 impl ForwardSweep {
@@ -172,7 +145,13 @@ impl ForwardSweep {
     }
 
     /// Finds the length of a phase, and returns dg/dT.
-    fn find(&mut self, system: &System, trial: &mut Trial, search: &mut Search, settings: &Settings) -> Result<f64, Error> {
+    fn find(
+        &mut self,
+        system: &System,
+        trial: &mut Trial<f64>,
+        search: &mut Search,
+        settings: &Settings,
+    ) -> Result<f64, Error> {
         let (begin, found) = (self.save(), self.found());
         let start = self.motion.time(begin.node);
         let mut failure = None;

@@ -130,7 +130,7 @@ impl<R: Real> Grid<R> {
 
     /// Time since the start at each node, s, correct to rounding for any start time.
     pub(crate) fn passed(&self) -> Vec<R> {
-        clocks(R::zero(), &self.steps).map(Clock::time).collect()
+        passed(&self.steps)
     }
 
     /// Writes the times of the nodes 0 … N, s.
@@ -158,6 +158,11 @@ impl<R: Real> Grid<R> {
     pub fn nodes(&self) -> usize {
         self.steps.len() + 1
     }
+}
+
+/// The times of the nodes 0 … N since the start, for steps of these lengths.
+pub(crate) fn passed<R: Real>(steps: &[R]) -> Vec<R> {
+    clocks(R::zero(), steps).map(Clock::time).collect()
 }
 
 /// The clocks at the nodes 0 … N.

@@ -183,6 +183,11 @@ impl<R: Real> Inputs<R> {
         [column(&self.controls, node - 1), column(&self.controls, node)]
     }
 
+    /// True if events move nodes under controls that are functions of time.
+    pub(crate) fn has_knots(&self) -> bool {
+        !self.events.is_empty() && !self.controls_in_time.is_empty()
+    }
+
     /// Writes u̇ in the step that ends at a node; does nothing if there is no such step.
     pub(crate) fn control_rates(&self, step: usize, u_dot: &mut [R]) {
         let Some(&length) = self.grid.steps.get(step - 1) else { return };

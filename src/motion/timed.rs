@@ -80,7 +80,7 @@ impl Timed {
 impl<R: Real> Timed<R> {
     /// `None` if no control is a function of time, or no event moves nodes.
     pub(crate) fn of(given: &Inputs<R>) -> Option<Self> {
-        if given.events.is_empty() || given.controls_in_time.is_empty() {
+        if !given.has_knots() {
             return None;
         }
         let mut channels: Vec<usize> = given.controls_in_time.iter().map(|control| control.index()).collect();
@@ -117,8 +117,7 @@ impl<R: Real> Timed<R> {
 
     /// The memory of the knots, in bytes, and of the times of nodes while controls are written.
     pub(crate) fn bytes(given: &Inputs<R>) -> usize {
-        let has_knots = !given.events.is_empty() && !given.controls_in_time.is_empty();
-        if has_knots { given.grid.nodes() * (2 + given.controls.nrows()) * size_of::<R>() } else { 0 }
+        if given.has_knots() { given.grid.nodes() * (2 + given.controls.nrows()) * size_of::<R>() } else { 0 }
     }
 
     /// Writes these controls at nodes, with the times of all nodes since the start.

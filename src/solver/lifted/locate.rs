@@ -2,7 +2,7 @@
 
 use super::{Lifted, Near};
 use crate::accelerations::EventFunctions;
-use crate::motion::{Phases, Refinement, Timed};
+use crate::motion::{Refinement, Trial};
 use crate::number::Real;
 use crate::{Error, Inputs};
 
@@ -19,23 +19,18 @@ struct Pass<R> {
 impl<R: Real> Lifted<R> {
     /// Computes all nodes after the start for these given inputs, whose events are located in the real motion.
     pub(super) fn step_located(&mut self, near: &mut Near, given: &Inputs<R>, refinement: &Refinement) -> Result<(), Error> {
-        let (phases, mut taken) = (Phases::new(&given.events, &given.grid.steps), given.clone());
-        let (scales, timed) = (near.motion.scales.clone(), Timed::of(given));
+        let (mut trial, scales) = (Trial::of(given), near.motion.scales.clone());
         let mut left = given.grid.steps.iter().fold(R::zero(), |sum, &dt| sum + dt);
         let (mut first, mut functions) = (1, EventFunctions::default());
-        for phase in 0..phases.count() {
-            let last = near.motion.trajectory.column_of(phases.steps(phase).end);
-            let own = phases.length(phase, &given.grid.steps);
-            let is_located = phase < phases.located;
+        for phase in 0..trial.phases.count() {
+            let last = near.motion.trajectory.column_of(trial.phases.steps(phase).end);
+            let own = trial.phases.length(phase, &given.grid.steps);
+            let is_located = phase < trial.phases.located;
             let mut length = if is_located { own * scales.factors[phase] } else { left };
             let (mut slope, mut before) = (scales.slopes[phase], None::<Pass<R>>);
             for pass in 0..MOST {
-                phases.steps(phase).for_each(|i| taken.grid.steps[i] = given.grid.steps[i] * (length / own));
-                if let Some(timed) = &timed {
-                    let nodes = phases.steps(phase).start + 1..phases.steps(phase).end + 1;
-                    timed.write(&taken.grid.passed(), nodes, &mut taken.controls);
-                }
-                self.inputs = refinement.refine(&taken);
+                trial.set_steps(phase, length / own);
+                self.inputs = refinement.refine(&trial.taken);
                 self.inputs.grid.write_times(&mut self.trajectory.times);
                 (first..=last).try_for_each(|i| self.step(near, i))?;
                 if !is_located {
