@@ -8,11 +8,8 @@ use super::figure::{Figure, ROUNDING, UNIT};
 use super::shapes::{AXES, INK, Shape};
 use super::vector::COLOURS;
 use crate::model::Param;
-use crate::model::space::{Bodies, Frame, Inertia, Joint, Matrix, Motion, Vector};
+use crate::model::space::{Bodies, Frame, Inertia, Joint, Matrix, Motion, Vector, principal};
 use crate::{Mechanics, System};
-
-/// Maximum number of iterations for principal axes.
-const MOST_ITERATIONS: usize = 1000;
 
 /// The shapes of a scene in space and their motion.
 #[derive(Clone, Debug)]
@@ -226,15 +223,12 @@ fn poses(states: &[Mechanics], place: impl Fn(&[f64]) -> ([f64; 3], [[f64; 3]; 3
 /// The homogeneous cuboid with this mass and these moments of inertia, in the frame in which the body is fixed. Its edges a_i along the principal axes
 /// follow from J_j + J_k − J_i = m a_i²/6. Point masses are balls; a body without mass is shown by its axes instead (`None`).
 fn of_inertia(inertia: &Inertia, body: Isometry3<f64>, number: &dyn Fn(Param) -> f64) -> Option<Shape> {
-    let (mass, [xx, yy, zz, xy, xz, yz]) = (number(inertia.mass), inertia.tensor.map(number));
+    let mass = number(inertia.mass);
     if mass <= 0.0 {
         return None;
     }
     let centre = Translation3::from(inertia.centre.map(number));
-    let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-    let Some(SymmetricEigen { eigenvalues: j, eigenvectors: mut axes }) =
-        SymmetricEigen::try_new(tensor, f64::EPSILON, MOST_ITERATIONS).filter(|_| tensor.amax() > 0.0)
-    else {
+    let Some(SymmetricEigen { eigenvalues: j, eigenvectors: mut axes }) = principal(inertia.tensor.map(number)) else {
         return Some(Shape::Ball(body * Point3::from(centre.vector), 1.6));
     };
     if axes.determinant() < 0.0 {

@@ -265,13 +265,14 @@ impl Param {
         }
     }
 
-    /// The value for these design variables and values of the nodes of the scene's expressions, before the scene is compiled.
+    /// The value of a parameter of a scene, for these design variables and values of the nodes of the scene's expressions.
     pub(crate) fn present_value(&self, designs: &[f64], expressions: &[f64]) -> f64 {
         let of = match self.of {
             Source::One => 1.0,
             Source::Design(design) => designs[design.index()],
             Source::Expression(expression) => expressions[expression.node.index()],
-            Source::Gravity(_) | Source::Value(_) | Source::Foreign => f64::NAN,
+            // A part of a scene contains none of these.
+            Source::Gravity(_) | Source::Value(_) | Source::Foreign => 0.0,
         };
         self.factor * of
     }

@@ -1,15 +1,10 @@
 //! Inertias of links: their checks, and their entries in the axes of the links.
 
 use hamiltonian_adjoint::spatial::Inertia;
-use nalgebra::{Matrix3, SymmetricEigen};
+use nalgebra::Matrix3;
 
 use crate::error::{Doubt, Error, Fault};
 use crate::robot::{Inertial, Link};
-
-/// Principal moments are compared up to this fraction of the largest one, as in scenes.
-const ROUNDING: f64 = 1e-6;
-/// Largest number of iterations for eigenvalues.
-const MOST_ITERATIONS: usize = 1000;
 
 impl Inertial {
     fn matrix(&self) -> Matrix3<f64> {
@@ -44,24 +39,15 @@ pub(crate) fn doubt(link: &Link) -> Result<Option<Doubt>, Error> {
     if !(inertial.mass >= 0.0 && inertial.mass.is_finite()) {
         return value("mass", inertial.mass, "finite, and positive or zero");
     }
-    let matrix = inertial.matrix();
-    // The entries are scaled to 1, so that they can neither overflow nor be lost.
-    let size = matrix.amax();
-    if !matrix.iter().all(|entry| entry.is_finite()) {
-        return value("largest moment of inertia", size, "finite");
+    if let Some(entry) = inertial.tensor.into_iter().find(|entry| !entry.is_finite()) {
+        return value("largest moment of inertia", entry.abs(), "finite");
     }
-    if size == 0.0 {
+    if inertial.tensor == [0.0; 6] {
         return Ok(None);
     }
-    let eigen = SymmetricEigen::try_new(matrix / size, f64::EPSILON, MOST_ITERATIONS);
-    let mut moments: [f64; 3] = eigen.map_or([f64::NAN; 3], |eigen| eigen.eigenvalues.into());
-    moments.sort_by(f64::total_cmp);
-    let [least, middle, most] = moments;
-    let rounding = ROUNDING * most.abs().max(least.abs());
-    let is_possible = least >= -rounding && most <= least + middle + rounding;
-    Ok(match is_possible {
-        false => Some(Doubt::Moments { moments: moments.map(|moment| moment * size) }),
-        true if inertial.mass == 0.0 => Some(Doubt::NoMass),
-        true => None,
+    Ok(match Inertia::impossible_moments(inertial.tensor) {
+        Some(moments) => Some(Doubt::Moments { moments }),
+        None if inertial.mass == 0.0 => Some(Doubt::NoMass),
+        None => None,
     })
 }

@@ -1,5 +1,7 @@
 //! [`Inertia`]: mass, centre of mass and inertia tensor of a body in space.
 
+use nalgebra::{Matrix3, SymmetricEigen, U3};
+
 use super::components::Components;
 use super::vectors::{self, Matrix, Vector};
 use crate::model::Param;
@@ -13,6 +15,11 @@ pub struct Inertia {
     pub(crate) tensor: [Param; 6],
     pub(crate) is_unchecked: bool,
 }
+
+/// Principal moments are compared up to this fraction of the largest one, since tensors are often given with a few digits.
+const ROUNDING: f64 = 1e-6;
+/// Largest number of iterations for eigenvalues.
+const MOST_ITERATIONS: usize = 1000;
 
 impl Inertia {
     /// From the mass, kg, and the entries J_xx, J_yy, J_zz, J_xy, J_xz, J_yz of the inertia tensor about the centre of mass, kg m², in the axes of the
@@ -65,9 +72,36 @@ impl Inertia {
         Inertia { is_unchecked: true, ..self }
     }
 
+    /// The principal moments of a tensor J_xx, J_yy, J_zz, J_xy, J_xz, J_yz, kg m², in ascending order, if no distribution of mass has them: if one is
+    /// negative, or larger than the sum of the other two; `None` otherwise.
+    pub fn impossible_moments(tensor: [f64; 6]) -> Option<[f64; 3]> {
+        if tensor == [0.0; 6] {
+            return None;
+        }
+        let mut moments: [f64; 3] = principal(tensor).map_or([f64::NAN; 3], |principal| principal.eigenvalues.into());
+        moments.sort_by(f64::total_cmp);
+        let [least, middle, most] = moments;
+        let rounding = ROUNDING * most.abs().max(least.abs());
+        let is_possible = least >= -rounding && most <= least + middle + rounding;
+        (!is_possible).then_some(moments)
+    }
+
     pub(crate) fn params(&self) -> Vec<Param> {
         [&[self.mass], &self.centre[..], &self.tensor].concat()
     }
+}
+
+/// The principal moments and axes of a tensor J_xx, J_yy, J_zz, J_xy, J_xz, J_yz; `None` if it is zero or not finite.
+pub(crate) fn principal([xx, yy, zz, xy, xz, yz]: [f64; 6]) -> Option<SymmetricEigen<f64, U3>> {
+    let tensor = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    // The entries are scaled to 1, so that they can neither overflow nor be lost.
+    let size = tensor.amax();
+    if size == 0.0 || !tensor.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let mut found = SymmetricEigen::try_new(tensor / size, f64::EPSILON, MOST_ITERATIONS)?;
+    found.eigenvalues *= size;
+    Some(found)
 }
 
 /// m, m c and the tensor J about the origin of a frame: sums for bodies that do not move relative to each other.

@@ -9,6 +9,6 @@ mod vectors;
 pub(crate) use bodies::{Bodies, BodyPart, Carried, Following, Frame, Joint, Motion};
 pub use components::Components;
 pub use inertia::Inertia;
-pub(crate) use inertia::Moments;
+pub(crate) use inertia::{Moments, principal};
 pub use marker::{Body, Marker};
 pub(crate) use vectors::{Matrix, Vector, add, apply, negated, plus, scaled, transposed, zero};

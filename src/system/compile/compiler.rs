@@ -1,11 +1,10 @@
 //! Compilation of the parts of a scene into a [`System`], and detection of formulas that have changed when a motion begins.
 
-use nalgebra::{Matrix3, SymmetricEigen};
-
 use super::names::Names;
 use super::parameters::Parameters;
 use super::scene_parts::{Parts, Required};
 use super::structure;
+use crate::model::space::Inertia;
 use crate::model::{Action, Gap, Param, Sketch};
 use crate::number::{Fingerprint, take_look};
 use crate::system::compiled::System;
@@ -13,11 +12,6 @@ use crate::system::cost::{CostPrograms, Costs, Terms};
 use crate::system::formula::{Batches, Element, ElementKind, Layout, NodeView, Positions, Recordings};
 use crate::system::tangent::Formulas;
 use crate::{Error, memory};
-
-/// Principal moments of inertia are compared up to this fraction of the largest one, since tensors are often given with a few digits.
-const ROUNDING_OF_MOMENTS: f64 = 1e-6;
-/// Largest number of iterations for eigenvalues.
-const MOST_ITERATIONS: usize = 1000;
 
 impl System {
     pub(crate) fn compile(mut scene: Parts, without_programs: bool) -> Result<Self, Error> {
@@ -189,18 +183,11 @@ pub(in crate::system) fn check_positive(positive: &[Required], design: &[f64]) -
 /// Checks that no principal moment of inertia is negative or larger than the sum of the other two, as for every distribution of mass.
 fn check_tensors(tensors: &[(String, [Param; 6])], design: &[f64]) -> Result<(), Error> {
     for (body, tensor) in tensors {
-        let [xx, yy, zz, xy, xz, yz] = tensor.map(|entry| entry.value(design));
-        let matrix = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-        if let Some(value) = matrix.iter().copied().find(|entry| !entry.is_finite()) {
+        let tensor = tensor.map(|entry| entry.value(design));
+        if let Some(value) = tensor.into_iter().find(|entry: &f64| !entry.is_finite()) {
             return Err(Error::NotFinite { what: format!("a moment of inertia of `{body}`"), value });
         }
-        // With numbers near the limits of their range the iteration might not end.
-        let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, MOST_ITERATIONS);
-        let mut moments: [f64; 3] = eigen.map_or([f64::NAN; 3], |eigen| eigen.eigenvalues.into());
-        moments.sort_by(f64::total_cmp);
-        let [least, middle, most] = moments;
-        let rounding = ROUNDING_OF_MOMENTS * most.abs().max(least.abs());
-        if !(least >= -rounding && most <= least + middle + rounding) {
+        if let Some(moments) = Inertia::impossible_moments(tensor) {
             return Err(Error::Inertia { body: body.clone(), moments });
         }
     }

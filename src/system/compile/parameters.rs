@@ -89,8 +89,8 @@ impl Parameters {
         if let Some(number) = param.constant() {
             return number;
         }
-        let all = [values, &self.graph.evaluate(&[], &values[..self.designs])].concat();
-        param.resolve(&[0.0.into(); 3], &mut |node| values.len() + node.index()).value(&all)
+        let designs = &values[..self.designs];
+        param.present_value(designs, &self.graph.evaluate(&[], designs))
     }
 
     /// (∂z/∂b)ᵀ w at b.
