@@ -86,13 +86,14 @@ fn median(mut times: Vec<f64>) -> f64 {
 }
 
 /// The number after a name among the arguments of the program.
-fn argument(name: &str, default: usize) -> usize {
+fn argument(name: &str, default: usize) -> Result<usize, String> {
     let mut arguments = std::env::args().skip_while(|argument| argument != name).skip(1);
-    arguments.next().map_or(default, |text| text.parse().unwrap_or_else(|_| panic!("{name}: `{text}` is not a number")))
+    let Some(text) = arguments.next() else { return Ok(default) };
+    text.parse().ok().filter(|number| *number > 0).ok_or_else(|| format!("{name}: `{text}` is not a positive whole number"))
 }
 
-fn main() -> Result<(), Error> {
-    let (steps, repeat) = (argument("--steps", 100).max(1), argument("--repeat", 1).max(1));
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let (steps, repeat) = (argument("--steps", 100)?, argument("--repeat", 1)?);
     let begin = Instant::now();
     let system = arm(std::env::args().any(|argument| argument == "--design"))?;
     let compiled = begin.elapsed().as_secs_f64();

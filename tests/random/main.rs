@@ -213,6 +213,17 @@ fn gradients_are_exact_with_restarts_halved_steps_and_grids_of_all_kinds_and_the
     assert!(budgets.share(CHECKPOINTS) >= 0.3, "too few of the motions have checkpoints");
 }
 
+/// Compares products with the Hessian, and counts how this ended.
+fn count_products(products: &Tally, description: &Description, moved: &Moved) -> Result<(), TestCaseError> {
+    match exact::disagreement_of_products(description, moved) {
+        Ok(Some(found)) if found.is_exact() => products.count(EXACT),
+        Ok(Some(found)) if found.is_told() => products.count(TOLD),
+        Ok(Some(found)) => return Err(TestCaseError::fail(format!("{:e}: {}", found.error, found.what))),
+        Ok(None) | Err(_) => products.count(NO_REFERENCE),
+    }
+    Ok(())
+}
+
 #[test]
 fn gradients_and_products_with_located_events_are_exact_and_the_same_from_checkpoints() {
     let (tally, products) = (Tally::default(), Tally::default());
@@ -232,13 +243,7 @@ fn gradients_and_products_with_located_events_are_exact_and_the_same_from_checkp
         };
         crossed::compare_with_checkpoints(&description, &moved).map_err(TestCaseError::fail)?;
         tally.compare(&description, &moved)?;
-        match exact::disagreement_of_products(&description, &moved) {
-            Ok(Some(found)) if found.is_exact() => products.count(EXACT),
-            Ok(Some(found)) if found.is_told() => products.count(TOLD),
-            Ok(Some(found)) => return Err(TestCaseError::fail(format!("{:e}: {}", found.error, found.what))),
-            Ok(None) | Err(_) => products.count(NO_REFERENCE),
-        }
-        Ok(())
+        count_products(&products, &description, &moved)
     });
     tally.print("random scenes with located events");
     products.print("their products");
@@ -264,13 +269,7 @@ fn gradients_and_products_with_impacts_and_open_constraints_are_exact_and_the_sa
         if description.run.seed % 2 == 0 {
             return Ok(());
         }
-        match exact::disagreement_of_products(&description, &moved) {
-            Ok(Some(found)) if found.is_exact() => products.count(EXACT),
-            Ok(Some(found)) if found.is_told() => products.count(TOLD),
-            Ok(Some(found)) => return Err(TestCaseError::fail(format!("{:e}: {}", found.error, found.what))),
-            Ok(None) | Err(_) => products.count(NO_REFERENCE),
-        }
-        Ok(())
+        count_products(&products, &description, &moved)
     });
     tally.print("random scenes with impacts and open constraints");
     products.print("their products");

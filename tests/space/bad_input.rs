@@ -19,6 +19,15 @@ fn more(space: &mut Spatial) -> Body {
     space.body("more", Inertia::cuboid(1.0, [0.1, 0.1, 1.0]))
 }
 
+/// Asserts that a body with this inertia is refused by its name.
+fn assert_odd(inertia: Inertia) {
+    let error = refused(|space, rod| {
+        let body = space.body("odd", inertia);
+        space.fixed("weld", rod.origin(), body.origin());
+    });
+    assert_says(&error, &["`odd`"]);
+}
+
 #[test]
 fn axes_without_a_direction_are_refused() {
     for bad in [[0.0; 3], [f64::NAN, 0.0, 1.0], [f64::INFINITY, 0.0, 1.0], [1e-200, 0.0, 0.0], [0.0, -1e200, 0.0]] {
@@ -58,11 +67,7 @@ fn numbers_that_are_not_finite_are_refused() {
         Inertia::point(f64::INFINITY),
     ];
     for inertia in inertias {
-        let error = refused(|space, rod| {
-            let body = space.body("odd", inertia);
-            space.fixed("weld", rod.origin(), body.origin());
-        });
-        assert_says(&error, &["`odd`"]);
+        assert_odd(inertia);
     }
     let error = refused(|space, rod| {
         let more = more(space);
@@ -112,11 +117,7 @@ fn parts_of_other_scenes_are_refused() {
     });
     assert_says(&error, &["`gear`"]);
     for inertia in [Inertia::point(design), Inertia::point(1.0).centred_at((0.0, 0.0, design))] {
-        let error = refused(|space, rod| {
-            let body = space.body("odd", inertia);
-            space.fixed("weld", rod.origin(), body.origin());
-        });
-        assert_says(&error, &["`odd`"]);
+        assert_odd(inertia);
     }
     let error = refused(|space, rod| {
         let more = more(space);
