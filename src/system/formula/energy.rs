@@ -61,6 +61,15 @@ impl<E: KineticFormula, const WIDTH: usize> AnyElement for Kinetic<E, WIDTH> {
         hessian::<WIDTH>(self, ([By::V, By::Q], self.n), read, &mut |_, _| (), vq);
         hessian::<WIDTH>(self, ([By::Q, By::Q], self.n), read, &mut |i, slope| add(Component::Force(i), slope), qq);
     }
+
+    fn mass(&self, read: Read<f64>, block: &mut [f64]) {
+        if WIDTH <= WIDE {
+            return hessian::<WIDTH>(self, ([By::V, By::V], self.n), read, &mut |_, _| (), block);
+        }
+        let mut blocks = vec![0.0; 3 * self.n * self.n];
+        by_columns(self, read, &mut |_, _| (), &mut blocks);
+        block.copy_from_slice(&blocks[..block.len()]);
+    }
 }
 
 /// A potential energy of n coordinates and p constants: 𝓛_q = −V_q. `WIDTH` derivatives are computed at once.

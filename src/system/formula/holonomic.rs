@@ -12,7 +12,7 @@ use num_dual::{Derivative, Dual, Dual64, DualSVec, HyperDualVec};
 
 use super::differentiated::Component;
 use super::kind::{ElementKind, Number};
-use super::on_numbers::{AnyElement, By, OnNumbers, Read, Values, WIDE, by_columns, parts, place};
+use super::on_numbers::{AnyElement, By, OnNumbers, Read, Values, WIDE, by_columns, gradient, parts, place};
 use super::shape::{Shape, Slot};
 use crate::Scalar;
 
@@ -56,6 +56,10 @@ impl<E: ConstraintFormula, const WIDTH: usize> AnyElement for Holonomic<E, WIDTH
             return by_columns(self, read, add, blocks);
         }
         second::<WIDTH>(self, (self.n, self.m), read, add, blocks);
+    }
+
+    fn phi_q(&self, read: Read<f64>, put: &mut dyn FnMut(usize, usize, f64)) {
+        gradient::<f64, WIDTH>(self, (By::Q, self.n), read, &mut |_, _| (), put);
     }
 
     fn shape(&self) -> Shape {

@@ -52,6 +52,12 @@ pub trait AnyElement: OnNumbers<Cx> + OnNumbers<Slope> + OnNumbers<Hyper> + Reco
     ///
     /// Order: vv, vq, qq (kinetic); qq (potential); Q_v, Q_q (applied); σᵀΦ_qq, σᵀ(dΦ/dt)_qq, Φ_q, (dΦ/dt)_q (holonomic), each by rows.
     fn blocks(&self, read: Read<f64>, add: &mut dyn FnMut(Component, f64), blocks: &mut [f64]);
+
+    /// Writes M = 𝓛_vv.
+    fn mass(&self, _read: Read<f64>, _block: &mut [f64]) {}
+
+    /// Passes on the entries of Φ_q: row, column, value.
+    fn phi_q(&self, _read: Read<f64>, _put: &mut dyn FnMut(usize, usize, f64)) {}
 }
 
 /// A list of arguments.

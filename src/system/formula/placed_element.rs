@@ -166,15 +166,13 @@ impl PlacedElement {
         self.inputs().for_each(|slot| rows.add(self.to.argument(slot), self.directional(at, with, slot)));
     }
 
-    /// Appends the element's entries of M = 𝓛_vv, column by column.
+    /// Appends the element's entries of M = 𝓛_vv, row by row.
     pub fn mass(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>) {
-        for (i, &col) in self.to.q.iter().enumerate() {
-            self.differentiate(at, Slot::V(i), &mut |of, value| {
-                if let Component::Momentum(j) = of {
-                    entries.push(Entry { row: self.to.q[j], col, value });
-                }
-            });
-        }
+        let q = &self.to.q;
+        let mut block = vec![0.0; q.len() * q.len()];
+        self.formula.mass(&|slot| self.to.read(at, slot), &mut block);
+        let places = q.iter().flat_map(|&row| q.iter().map(move |&col| (row, col)));
+        entries.extend(places.zip(block).map(|((row, col), value)| Entry { row, col, value }));
     }
 
     /// Whether the element's constraints depend on a design variable.
@@ -201,11 +199,9 @@ impl PlacedElement {
         OnNumbers::<Slope>::phi(&*self.formula, &read, &mut |j, x| put(j, slope(&x)));
     }
 
-    /// Appends Φ_q of the element, in the scene's numbering, column by column.
+    /// Appends Φ_q of the element, in the scene's numbering.
     pub fn phi_q(&self, at: &NodeView<f64>, entries: &mut Vec<Entry>) {
-        for (i, &col) in self.to.q.iter().enumerate().filter(|_| !self.to.sigma.is_empty()) {
-            let mut put = |j: usize, value: f64| entries.push(Entry { row: self.to.sigma[j], col, value });
-            self.differentiate_phi(at, Slot::Q(i), &mut put);
-        }
+        let mut put = |j: usize, i: usize, value| entries.push(Entry { row: self.to.sigma[j], col: self.to.q[i], value });
+        self.formula.phi_q(&|slot| self.to.read(at, slot), &mut put);
     }
 }

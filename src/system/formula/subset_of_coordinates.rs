@@ -115,4 +115,16 @@ impl AnyElement for Restricted {
         self.inner.blocks(&|slot| self.read(read, slot, 0.0), &mut self.put_there(put), all);
         self.select(all, blocks);
     }
+
+    fn phi_q(&self, read: Read<f64>, put: &mut dyn FnMut(usize, usize, f64)) {
+        let read = |slot| self.read(read, slot, 0.0);
+        self.inner.phi_q(&read, &mut |j, i, x| self.place(i).into_iter().for_each(|i| put(j, i, x)));
+    }
+
+    fn mass(&self, read: Read<f64>, block: &mut [f64]) {
+        let Shape { n, m, .. } = self.inner.shape();
+        let mut all = vec![0.0; self.inner.kind().length(n, m)];
+        self.inner.mass(&|slot| self.read(read, slot, 0.0), &mut all[..n * n]);
+        self.select(&all, block);
+    }
 }
