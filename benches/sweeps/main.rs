@@ -8,6 +8,8 @@ mod elements;
 mod features;
 #[path = "../../tests/scenes/formulas.rs"]
 mod formulas;
+#[path = "../../tests/scenes/hinges.rs"]
+mod hinges;
 mod newton;
 #[path = "../../tests/scenes/pairs.rs"]
 mod pairs;
@@ -20,6 +22,7 @@ mod relative;
 #[path = "../../tests/scenes/seven_bodies.rs"]
 #[allow(dead_code)]
 mod seven_bodies;
+mod space;
 #[path = "../../tests/scenes/structures.rs"]
 mod structures;
 
@@ -179,6 +182,8 @@ criterion_group!(
     newton::first_guess,
     newton::iterations,
     newton::half_steps,
+    space::chains,
+    space::compile,
     features::lengths,
     features::restarts,
     features::memory,

@@ -63,6 +63,9 @@ impl fmt::Display for Error {
             Error::CarriesGround { joint } => {
                 write!(f, "the second marker of joint `{joint}` is on the ground; exchange both markers")
             }
+            Error::NothingToCut { cut } => {
+                write!(f, "cut `{cut}` is at the ground or at a body that is fixed to it; cut a body that joints move")
+            }
             Error::NotCarried { part, body } => write!(
                 f,
                 "`{part}` is attached to body `{body}`, which no joint carries yet; add joints from the ground outwards, and other parts after them"

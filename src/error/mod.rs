@@ -70,6 +70,11 @@ pub enum Error {
         /// The joint.
         joint: String,
     },
+    /// A cut is at the ground, or at a body that is fixed to it.
+    NothingToCut {
+        /// The cut.
+        cut: String,
+    },
     /// A part is attached to a body in space that no joint carries yet.
     NotCarried {
         /// The part.

@@ -5,6 +5,9 @@ mod common;
 
 mod axis;
 mod bad_input;
+mod cuts;
+#[path = "../scenes/hinges.rs"]
+mod hinges;
 mod markers;
 mod random;
 mod trees;

@@ -25,6 +25,13 @@ pub(crate) struct Joint {
     pub(crate) frames: Range<usize>,
 }
 
+/// A body that is cut: where its first half is fixed, and the coordinates of the second half, which moves freely.
+#[derive(Clone, Debug)]
+pub(crate) struct Cut {
+    pub(crate) first: Carried,
+    pub(crate) free: [Coordinate; 7],
+}
+
 /// A frame that moves relative to its parent, by a fixed rotation and origin and then by a motion.
 #[derive(Clone, Debug)]
 pub(crate) struct Frame {
@@ -68,6 +75,7 @@ pub(crate) struct Bodies {
     pub(crate) all: Vec<BodyPart>,
     pub(crate) frames: Vec<Frame>,
     pub(crate) joints: Vec<Joint>,
+    pub(crate) cuts: Vec<Cut>,
 }
 
 impl Carried {

@@ -86,6 +86,11 @@ impl Inertia {
         (!is_possible).then_some(moments)
     }
 
+    /// Half of mass and tensor, with the same centre.
+    pub(crate) fn halved(self) -> Self {
+        Inertia { mass: self.mass * 0.5, tensor: self.tensor.map(|entry| entry * 0.5), ..self }
+    }
+
     pub(crate) fn params(&self) -> Vec<Param> {
         [&[self.mass], &self.centre[..], &self.tensor].concat()
     }
@@ -146,5 +151,10 @@ impl Moments {
         self.mass = vectors::plus(self.mass, other.mass);
         self.first = vectors::add(self.first, other.first);
         self.second = std::array::from_fn(|i| vectors::plus(self.second[i], other.second[i]));
+    }
+
+    pub(crate) fn subtract(&mut self, other: &Moments) {
+        let Moments { mass, first, second } = *other;
+        self.add(&Moments { mass: -mass, first: vectors::negated(first), second: second.map(|entry| -entry) });
     }
 }

@@ -78,6 +78,13 @@ impl Bodies {
         Ok(path.state([&q, &v, &v_dot, &of.parameters(value)]))
     }
 
+    /// Origin and axes of a marker with the coordinates `q` of the scene.
+    pub(super) fn place_of(&self, at: &Carried, value: &dyn Fn(Param) -> f64, q: &[f64]) -> ([f64; 3], [[f64; 3]; 3]) {
+        let mut of = Arguments::default();
+        let path = self.path(None, at, &mut of);
+        path.place(&of.coordinates(q), &of.parameters(value))
+    }
+
     /// Origin and axes of a frame as a function of the coordinates.
     pub(crate) fn frame(&self, frame: usize, value: &dyn Fn(Param) -> f64) -> impl Fn(&[f64]) -> ([f64; 3], [[f64; 3]; 3]) {
         let mut of = Arguments::default();
@@ -126,6 +133,7 @@ impl Scene {
         if let Some(body) = bodies.all.iter().find(|body| body.carried.is_none()) {
             return Err(Error::NoJoint { body: body.name.clone() });
         }
+        self.place_cuts(&bodies);
         let gravity = self.parts.gravity.map(|g| g.unwrap_or(0.0.into()));
         let has_weight = gravity.iter().any(|g| g.constant() != Some(0.0));
         // Frames of bodies in the plane, whose energies are elements of their own, may carry nothing.

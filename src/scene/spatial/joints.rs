@@ -174,11 +174,18 @@ impl Spatial<'_> {
 
     /// Lets b move freely relative to a.
     pub fn free(&mut self, name: &str, a: Marker, b: Marker) -> Free {
-        let [x, y, z, e @ ..] = self.scene.coordinates(name, ["x", "y", "z", "e0", "e1", "e2", "e3"]);
+        let ([x, y, z, orientation @ ..], motions) = self.free_motions(name);
+        self.join(name, a, b, motions);
+        Free { position: [x, y, z], orientation }
+    }
+
+    /// Seven coordinates of a free motion.
+    pub(super) fn free_motions(&mut self, name: &str) -> ([Coordinate; 7], Vec<Motion<Following>>) {
+        let all = self.scene.coordinates(name, ["x", "y", "z", "e0", "e1", "e2", "e3"]);
+        let [x, y, z, e @ ..] = all;
         self.turn_freely(name, e);
         let slides = [(X, x), (Y, y), (Z, z)].map(|(axis, offset)| Motion::Slide(axis, Following::of(offset)));
-        self.join(name, a, b, [&slides[..], &[Motion::Ball(e.map(Following::of))]].concat());
-        Free { position: [x, y, z], orientation: e }
+        (all, [&slides[..], &[Motion::Ball(e.map(Following::of))]].concat())
     }
 
     fn turn_freely(&mut self, name: &str, e: [Coordinate; 4]) {
@@ -239,9 +246,13 @@ impl Scene {
 
     /// The value of a parameter for the design variables of the scene.
     fn present_value(&self, param: Param) -> f64 {
-        param.constant().unwrap_or_else(|| {
-            let designs: Vec<f64> = self.parts.designs.iter().map(|(_, value)| *value).collect();
-            param.present_value(&designs, &self.parts.scene.expressions().evaluate(&[], &designs))
-        })
+        param.constant().unwrap_or_else(|| self.present_values()(param))
+    }
+
+    /// The values of all parameters for the design variables of the scene.
+    pub(super) fn present_values(&self) -> impl Fn(Param) -> f64 + use<> {
+        let designs: Vec<f64> = self.parts.designs.iter().map(|(_, value)| *value).collect();
+        let expressions = self.parts.scene.expressions().evaluate(&[], &designs);
+        move |param| param.present_value(&designs, &expressions)
     }
 }

@@ -19,6 +19,7 @@
 //! # Ok::<(), hamiltonian_adjoint::Error>(())
 //! ```
 
+mod cut;
 mod elements;
 mod forces;
 mod formula;
@@ -26,6 +27,7 @@ mod functions;
 mod joints;
 mod loops;
 mod path;
+mod quaternion;
 mod tree;
 
 pub use forces::MarkerForce;

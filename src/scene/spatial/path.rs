@@ -1,6 +1,6 @@
 //! [`Path`]: the frames from the ground, or from another frame, to a marker; [`MarkerState`]: how the marker moves.
 
-use super::formula::{Fixed, Follows, Moved, Vector, cross, dot, plus, scaled, values, zero};
+use super::formula::{Fixed, Follows, Moved, Vector, cross, dot, minus, plus, scaled, values, zero};
 use super::tree::Rates;
 use crate::Scalar;
 use crate::model::space::Motion;
@@ -88,6 +88,15 @@ impl Path {
         frames.fold(self.end.origin(b), |x, ((fixed, _), moved)| {
             plus(fixed.outward(plus(moved.outward(x), moved.origin()), b), fixed.origin(b))
         })
+    }
+
+    /// The components of a point in the last frame, from those in the first one.
+    pub(super) fn inward<S: Scalar>(&self, x: Vector<S>, q: &[S], b: &[S]) -> Vector<S> {
+        let x = self.frames.iter().fold(x, |x, (fixed, motion)| {
+            let moved = motion.at(q, b);
+            moved.inward(minus(fixed.inward(minus(x, fixed.origin(b)), b), moved.origin()))
+        });
+        self.end.inward(minus(x, self.end.origin(b)), b)
     }
 
     /// Position and axes.
