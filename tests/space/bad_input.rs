@@ -1,5 +1,6 @@
 //! Bodies in space that are described wrongly, and descriptions at the edge of what is right.
 
+use hamiltonian_adjoint::planar::ConstantSpeed;
 use hamiltonian_adjoint::spatial::{Body, Inertia, Spatial};
 use hamiltonian_adjoint::{Error, Grid, Inputs, Mechanics, Param, Scene, Settings, Solver};
 
@@ -88,6 +89,10 @@ fn numbers_that_are_not_finite_are_refused() {
         });
         assert_says(&error, &["`rope`"]);
     }
+    let error = refused(|space, rod| {
+        space.driven_distance("ram", Body::GROUND.origin(), rod.origin(), ConstantSpeed, [1.0.into(), nan.into()]);
+    });
+    assert_says(&error, &["`ram`"]);
 }
 
 #[test]

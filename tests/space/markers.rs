@@ -1,12 +1,13 @@
 //! Markers: costs, forces, springs and loops.
 
-use hamiltonian_adjoint::spatial::{Body, Inertia, MarkerFunction, MarkerPoint, Quantity};
+use hamiltonian_adjoint::planar::Harmonic;
+use hamiltonian_adjoint::spatial::{Body, Inertia, Marker, MarkerFunction, MarkerPoint, Quantity, Revolute};
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Grid, Inputs, Mechanics, Scalar, Scene, Settings, Solver, Start, Sum, planar,
+    Cost, CostPoint, Error, Grid, Inputs, Mechanics, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, planar,
 };
 use nalgebra::SVector;
 
-use crate::common::{assert_gradient_is_exact_with, assert_says};
+use crate::common::{assert_gradient_is_exact_with, assert_says, largest_difference};
 
 /// ½ |p|² + v·ω + a·p of the first marker, plus t u.
 struct Mixed;
@@ -179,6 +180,60 @@ fn a_load_cell_measures_force_and_torque() -> Result<(), Error> {
         assert!((own - force[i]).abs() < 1e-12, "force {i}: {own} for {}", force[i]);
         let expected = faster[i] + gyro[i] + moment[i];
         assert!((torque - expected).abs() < 1e-12, "torque {i}: {torque} for {expected}");
+    }
+    Ok(())
+}
+
+/// A slewing crane with a load on a rope, its slewing joint, and the ends of a ram on its post and on its boom.
+fn crane() -> (Scene, Revolute, [Marker; 2]) {
+    let mut scene = Scene::new();
+    let mut space = scene.spatial();
+    space.gravity([0.0, 0.0, -9.81]);
+    let post = space.body("post", Inertia::cuboid(3.0, [0.2, 0.2, 1.0]));
+    let boom = space.body("boom", Inertia::cuboid(2.0, [1.6, 0.1, 0.1]).centred_at([0.8, 0.0, 0.0]));
+    let load = space.body("load", Inertia::sphere(1.5, 0.1));
+    let slew = space.revolute("slew", Body::GROUND.origin(), post.origin());
+    let y = [0.0, -1.0, 0.0];
+    let lift = space.revolute("lift", post.at([0.1, 0.0, 0.5]).along(y), boom.origin().along(y));
+    let rope = space.universal("rope", boom.at([1.6, 0.0, 0.0]), load.at([0.0, 0.0, 0.7]));
+    scene.place(lift.angle, 0.4);
+    scene.place(rope.angles[0], 0.3);
+    (scene, slew, [post.at([0.2, 0.05, -0.3]), boom.at([0.7, 0.0, -0.05])])
+}
+
+#[test]
+fn a_driven_distance_acts_as_an_actuator() -> Result<(), Error> {
+    let (mut scene, slew, [a, b]) = crane();
+    let mut pushed = scene.clone();
+    let (middle, stroke) = (scene.design("middle", 1.1), scene.design("stroke", 0.06));
+    let law = [middle.into(), stroke.into(), 4.0.into(), 0.3.into()];
+    let [ram] = scene.spatial().driven_distance("ram", a, b, Harmonic, law);
+    scene.cost("reaction", Reaction, Sum::Integral, [], [ram], [], []);
+    let system = scene.compile()?;
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
+    inputs.grid.start = 0.7;
+    inputs.start = Start::assembled(&system).hold(&[slew.angle]);
+    inputs.start.set_rate(slew.angle, 0.5);
+    assert_gradient_is_exact_with("driven distance", &system, &inputs, Settings::default());
+
+    let force = pushed.control("force");
+    pushed.spatial().two_point_actuator("ram", a, b, force);
+    let pushed = pushed.compile()?;
+    let mut solver = Solver::new(&system, Settings { scheme: Scheme::ESDIRK5, ..Settings::default() });
+    let motion = solver.simulate(&inputs)?.clone();
+    for node in 0..=motion.last() {
+        let at = Mechanics::at_node(&system, solver.inputs(), &motion, node)?;
+        let [from, to] = [at.marker(a)?.position, at.marker(b)?.position];
+        let distance = (0..3).map(|i| (to[i] - from[i]).powi(2)).sum::<f64>().sqrt();
+        let given = 1.1 + 0.06 * (4.0 * motion.times[node] + 0.3).sin();
+        assert!((distance - given).abs() < 1e-9, "{distance} for {given} at node {node}");
+        let (acceleration, lambda) = at.accelerations()?;
+        let [q, v] = [&motion.q, &motion.v].map(|all| all.column(node).as_slice().to_vec());
+        // By the drift the direction is not of length 1 in the constraint.
+        let force = -lambda[ram.index()] * distance / given;
+        let other = Mechanics::new(&pushed, &q, &v)?.with_controls(&[force])?.accelerations()?.0;
+        let difference = largest_difference(other.as_slice(), acceleration.as_slice());
+        assert!(difference < 1e-12 * acceleration.amax(), "{difference:.1e} at node {node}");
     }
     Ok(())
 }

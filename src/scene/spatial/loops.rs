@@ -1,10 +1,13 @@
 //! Constraints between markers, which close loops.
 
+use nalgebra::SVector;
+
 use super::elements::Arguments;
-use super::formula::{Number, dot, minus};
+use super::formula::{Number, dot, minus, values};
 use super::path::Path;
 use super::{Marker, Spatial};
 use crate::model::{Multiplier, Param};
+use crate::planar::{Constant, Motion};
 use crate::{ListConstraint, Scalar};
 
 /// A constraint between two markers a and b. Both paths begin at the last frame that carries both, so that Φ does not depend on other coordinates.
@@ -25,8 +28,6 @@ enum Rows {
     Line,
     /// z_a·(p_b − p_a) = 0.
     Plane,
-    /// (|p_b − p_a|² − l²)/(2 l) = 0.
-    Distance(Number),
 }
 
 impl ListConstraint for Between {
@@ -42,12 +43,23 @@ impl ListConstraint for Between {
                 Rows::Turn => put(dot(axes[0], other[1])),
                 Rows::Line => axes[..2].iter().for_each(|axis| put(dot(*axis, between))),
                 Rows::Plane => put(dot(axes[2], between)),
-                Rows::Distance(length) => {
-                    let length = length.value(b);
-                    put((dot(between, between) / length - length) * 0.5);
-                }
             }
         }
+    }
+}
+
+/// (|p_b − p_a|² − l²)/(2 l) = 0 with a length l = f(t).
+struct Apart<F, const P: usize> {
+    paths: [Path; 2],
+    motion: F,
+    parameters: [Number; P],
+}
+
+impl<F: Motion<P>, const P: usize> ListConstraint for Apart<F, P> {
+    fn phi<S: Scalar>(&self, q: &[S], b: &[S], t: S, phi: &mut [S]) {
+        let [from, to] = self.paths.each_ref().map(|path| path.place(q, b).0);
+        let (between, length) = (minus(to, from), self.motion.value(t, &SVector::from(values(self.parameters, b))));
+        phi[0] = (dot(between, between) / length - length) * 0.5;
     }
 }
 
@@ -97,7 +109,26 @@ impl Spatial<'_> {
     pub fn distance(&mut self, name: &str, a: Marker, b: Marker, length: impl Into<Param>) -> [Multiplier; 1] {
         let length = length.into();
         self.scene.require_positive(length, format!("the length of `{name}`"));
-        self.between(name, a, b, |of| vec![Rows::Distance(of.b.number(length))])
+        self.driven_distance(name, a, b, Constant, [length])
+    }
+
+    /// Keeps two markers at a prescribed distance f(t; parameters) > 0, m: one equation, as of a ram. The ram drives the markers apart with the force −λ (N),
+    /// where λ is the reaction that belongs to the multiplier ([`CostPoint::lambda`](crate::CostPoint::lambda)).
+    pub fn driven_distance<F, const P: usize>(
+        &mut self,
+        name: &str,
+        a: Marker,
+        b: Marker,
+        motion: F,
+        parameters: [Param; P],
+    ) -> [Multiplier; 1]
+    where
+        F: Motion<P>,
+    {
+        if !self.scene.check_params(name, &parameters) {
+            return self.scene.no_multipliers();
+        }
+        self.between(name, a, b, |paths, of| Apart { paths, motion, parameters: of.b.numbers(parameters) })
     }
 
     fn close<const K: usize, const M: usize>(
@@ -107,18 +138,18 @@ impl Spatial<'_> {
         b: Marker,
         rows: [Rows; K],
     ) -> [Multiplier; M] {
-        self.between(name, a, b, |_| rows.into())
+        self.between(name, a, b, |paths, _| Between { paths, rows: rows.into() })
     }
 
-    fn between<const M: usize>(
+    fn between<E: ListConstraint, const M: usize>(
         &mut self,
         name: &str,
         a: Marker,
         b: Marker,
-        rows: impl FnOnce(&mut Arguments) -> Vec<Rows>,
+        element: impl FnOnce([Path; 2], &mut Arguments) -> E,
     ) -> [Multiplier; M] {
         let Some((paths, mut of)) = self.paths_between(name, [a, b]) else { return self.scene.no_multipliers() };
-        let element = Between { paths, rows: rows(&mut of) };
+        let element = element(paths, &mut of);
         let multipliers = self.scene.list_constraint(name, element, M, &of.q, &of.b.0);
         multipliers.try_into().unwrap_or_else(|_| self.scene.no_multipliers())
     }
