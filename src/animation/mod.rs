@@ -20,7 +20,6 @@ mod vector;
 use std::path::Path;
 
 use crate::model::FORCE;
-use crate::model::space::Motion;
 use crate::motion::column;
 use crate::{Coordinate, Error, Inputs, Mechanics, System, Trajectory};
 use figure::Figure;
@@ -95,7 +94,8 @@ impl Animation {
         let figure = Figure::new(system, &states, &controls);
         let space = Space::new(system, &states);
         let most = if space.is_some() { MOST_PLOTS_IN_SPACE } else { MOST_PLOTS };
-        let units = system.sketch().units_of_controls(system.k());
+        let units = system.sketch().units_of_controls(system.k(), system.n());
+        let of_coordinates = system.sketch().units_of_coordinates(system.n());
         let of_control = |k: usize| Plot {
             name: system.control_name(k).to_string(),
             unit: units[k].of(FORCE).to_string(),
@@ -109,7 +109,7 @@ impl Animation {
         let others = (0..system.n()).filter(|&i| drawn.iter().all(|of| of.index() != i)).take(most);
         plots.extend(others.map(|i| Plot {
             name: system.coordinate_name(i).to_string(),
-            unit: unit_of(system, i).into(),
+            unit: of_coordinates[i].of(("m", "rad")).into(),
             values: q.iter().map(|q| q[i]).collect(),
         }));
         let times = nodes.iter().map(|&node| motion.times[node]).collect();
@@ -167,14 +167,4 @@ impl Animation {
     pub fn write_html(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         text::write_whole(path.as_ref(), &self.html())
     }
-}
-
-/// The unit of a joint's coordinate; empty for other coordinates.
-fn unit_of(system: &System, coordinate: usize) -> &'static str {
-    let mut units = system.sketch().space.frames.iter().filter_map(|frame| match &frame.motion {
-        Motion::Turn(_, of) if of.coordinate.index() == coordinate => Some("rad"),
-        Motion::Slide(_, of) if of.coordinate.index() == coordinate => Some("m"),
-        _ => None,
-    });
-    units.next().unwrap_or_default()
 }

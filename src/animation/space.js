@@ -187,14 +187,17 @@
       view = { ...start, move: [0, 0] }; fit = { scale: 1, at: [0, 0] }; aim();
       let [left, top, most, bottom] = [Infinity, Infinity, -Infinity, -Infinity];
       const include = p => { const [x, y] = seen(p); left = Math.min(left, x); most = Math.max(most, x); top = Math.min(top, y); bottom = Math.max(bottom, y); };
-      for (let k = 0; k < times.length; k += Math.ceil(times.length / 40)) groups.forEach(group => {
-        const move = poseAt(group, frames[k]);
-        group.parts.forEach(part => {
-          part.faces.forEach(face => face.points.forEach(p => { include(move(p)); if (part.body) include(ground(move(p))); }));
-          part.lines.forEach(line => line.points.forEach(p => include(move(p))));
-          part.balls.forEach(ball => include(move(ball.at)));
+      for (let k = 0; k < times.length; k += Math.ceil(times.length / 40)) {
+        groups.forEach(group => {
+          const move = poseAt(group, frames[k]);
+          group.parts.forEach(part => {
+            part.faces.forEach(face => face.points.forEach(p => { include(move(p)); if (part.body) include(ground(move(p))); }));
+            part.lines.forEach(line => line.points.forEach(p => include(move(p))));
+            part.balls.forEach(ball => include(move(ball.at)));
+          });
         });
-      });
+        data.links.forEach(({ ends }) => ends.forEach(([group, ...p]) => include(poseAt(groups[group], frames[k])(p))));
+      }
       if (near) frame.forEach(({ tip }) => include(plus(tip, plus(tip, origin, -1), .3)));
       const scale = Math.min((wide - 40) / (most - left || 1), (tall - 56) / (bottom - top || 1));
       // Room for the buttons above.

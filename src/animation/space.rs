@@ -8,7 +8,9 @@ use super::figure::{Figure, ROUNDING, UNIT};
 use super::shapes::{AXES, INK, Shape};
 use super::vector::COLOURS;
 use crate::model::Param;
-use crate::model::space::{Bodies, Frame, Inertia, Joint, Matrix, Motion, Vector, principal};
+use crate::model::space::{
+    Bodies, Carried, Connection, ConnectionKind, Frame, Inertia, Joint, Matrix, Motion, Vector, principal,
+};
 use crate::{Mechanics, System};
 
 /// The shapes of a scene in space and their motion.
@@ -90,6 +92,7 @@ impl Space {
         for Joint { name, frames, .. } in &bodies.joints {
             space.add_joint(name, (bodies, frames.clone()), states);
         }
+        bodies.connections.iter().for_each(|connection| space.add_connection(connection, bodies, &number));
         Some(space)
     }
 
@@ -148,6 +151,21 @@ impl Space {
         }
     }
 
+    fn add_connection(&mut self, of: &Connection, bodies: &Bodies, number: &dyn Fn(Param) -> f64) {
+        let Connection { name, ends, kind } = of;
+        let [a, b] = ends.each_ref().map(|end| local(end.turn, end.origin, number));
+        let shape = match kind {
+            ConnectionKind::Line(width) => {
+                let group = |end: &Carried| end.frame.unwrap_or(bodies.frames.len());
+                let ends = [(group(&ends[0]), a * Point3::origin()), (group(&ends[1]), b * Point3::origin())];
+                return self.links.push(Link { name: name.clone(), width: *width, ends });
+            }
+            ConnectionKind::Ball => Shape::Ball(a * Point3::origin(), 1.5),
+            ConnectionKind::Hinge => Shape::Hinge(a * Point3::origin(), a * axis_of(2)),
+        };
+        self.group(ends[0].frame, bodies).add(name, INK, shape);
+    }
+
     /// The scene together with the bodies in the plane, and with its size.
     pub(super) fn framed(&self, figure: &Figure) -> Self {
         let mut space = self.clone();
@@ -171,8 +189,11 @@ impl Space {
         [right, self.up.cross(&right)]
     }
 
-    /// The points of all shapes in some frames.
+    /// The points of all shapes and links in some frames.
     fn points(&self, frames: Range<usize>) -> impl Iterator<Item = Point3<f64>> {
+        let ends = self.links.iter().flat_map(|link| link.ends);
+        let of_links: Vec<Point3<f64>> =
+            ends.flat_map(|(group, end)| frames.clone().map(move |frame| self.groups[group].pose(frame) * end)).collect();
         let of_group = move |group: &Group| {
             let points: Vec<Point3<f64>> = group.parts.iter().flat_map(|part| part.shape.points()).collect();
             let frames = if group.poses.len() > 1 { frames.clone() } else { 0..1 };
@@ -180,7 +201,7 @@ impl Space {
                 frames.flat_map(|frame| points.iter().map(move |point| group.pose(frame) * point).collect::<Vec<_>>());
             moved.collect::<Vec<_>>()
         };
-        self.groups.iter().flat_map(of_group)
+        self.groups.iter().flat_map(of_group).chain(of_links)
     }
 
     fn extent(&self, figure: &Figure, frames: Range<usize>) -> [Point3<f64>; 2] {

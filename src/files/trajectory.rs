@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::inputs::{controls, coordinates};
-use crate::model::{FORCE, Owner, Shape, Unit};
+use crate::model::{FORCE, Shape, Unit};
 use crate::motion::column;
 use crate::{Error, Inputs, System, Trajectory};
 
@@ -17,14 +17,14 @@ impl Trajectory {
         self.check_fits(system, inputs)?;
         let mut writer = csv::Writer::from_writer(Vec::new());
         let mut header = vec!["t [s]".to_string()];
-        let of_coordinates = units(system);
+        let of_coordinates = system.sketch().units_of_coordinates(system.n());
         for (before, length, angle) in [("", "m", "rad"), ("v of ", "m/s", "rad/s"), ("p* of ", "N s", "N m s")] {
             let unit_of = |unit: &Unit| unit.of((length, angle));
             header.extend(coordinates(system).zip(&of_coordinates).map(|(name, unit)| beside(before, name, unit_of(unit))));
         }
         let of_equations = equations(system);
         header.extend(of_equations.iter().map(|(name, unit)| beside("σ of ", name, unit.of(("N s", "N m s")))));
-        let of_controls = system.sketch().units_of_controls(system.k());
+        let of_controls = system.sketch().units_of_controls(system.k(), system.n());
         header.extend(controls(system).zip(&of_controls).map(|(name, unit)| beside("", name, unit.of(FORCE))));
         let wrong = |error: csv::Error| Error::File { kind: "a table", place: "writing".into(), problem: error.to_string() };
         writer.write_record(header.iter().map(|name| harmless(name))).map_err(wrong)?;
@@ -36,22 +36,6 @@ impl Trajectory {
         let bytes = writer.into_inner().map_err(|error| wrong(error.into_error().into()))?;
         Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
-}
-
-/// Units of the coordinates; only those of bodies are known.
-fn units(system: &System) -> Vec<Unit> {
-    let mut units = vec![Unit::Unknown; system.n()];
-    for frame in system.sketch().bodies.iter().map(|(_, frame)| frame) {
-        match frame.owner() {
-            Owner::Body([x, y, phi]) => {
-                [x, y].into_iter().for_each(|q| units[q.index()] = Unit::Length);
-                units[phi.index()] = Unit::Angle;
-            }
-            Owner::Particle(q) => q.into_iter().for_each(|q| units[q.index()] = Unit::Length),
-            Owner::Ground => {}
-        }
-    }
-    units
 }
 
 /// Names and units of the equations; only units of joints are known.

@@ -14,7 +14,5 @@ pub use frame::{Frame, Point};
 pub use handle::{Control, Coordinate, Design, Event, Multiplier, Output};
 pub(crate) use handle::{Handle, SceneTag};
 pub use param::Param;
-#[cfg(feature = "files")]
-pub(crate) use sketch::Unit;
-pub(crate) use sketch::{Drawn, FORCE, Shape, Sketch};
+pub(crate) use sketch::{Drawn, Drives, FORCE, Shape, Sketch, Unit};
 pub(crate) use switch::{Action, Gap, Switch};

@@ -1,9 +1,10 @@
 //! [`Sketch`]: the parts of a scene that can be drawn, bodies and their connections.
 
-use super::space::Bodies;
-use super::{Control, Frame, Param, Point};
+use super::frame::Owner;
+use super::space::{Bodies, Motion};
+use super::{Control, Coordinate, Frame, Param, Point};
 
-/// The parts of a scene that have a position in the plane.
+/// The parts of a scene that have a position.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sketch {
     /// Bodies and particles with their names.
@@ -13,25 +14,63 @@ pub(crate) struct Sketch {
     pub(crate) drawn: Vec<Drawn>,
     /// The bodies in space.
     pub(crate) space: Bodies,
+    /// Controls that act along coordinates, and in space along directions, or about them.
+    pub(crate) driven: Vec<(Control, Drives)>,
     /// The acceleration of gravity, m/s², if it was set.
     pub(crate) gravity: [Option<Param>; 3],
 }
 
 impl Sketch {
+    /// The unit of each coordinate; only those of bodies and joints are known.
+    pub(crate) fn units_of_coordinates(&self, coordinates: usize) -> Vec<Unit> {
+        let mut units = vec![Unit::Unknown; coordinates];
+        for frame in self.bodies.iter().map(|(_, frame)| frame) {
+            match frame.owner() {
+                Owner::Body([x, y, phi]) => {
+                    [x, y].into_iter().for_each(|q| units[q.index()] = Unit::Length);
+                    units[phi.index()] = Unit::Angle;
+                }
+                Owner::Particle(q) => q.into_iter().for_each(|q| units[q.index()] = Unit::Length),
+                Owner::Ground => {}
+            }
+        }
+        // The coordinate of several joints is that of the first one.
+        for frame in self.space.frames.iter().rev() {
+            match &frame.motion {
+                Motion::Turn(_, of) => units[of.coordinate.index()] = Unit::Angle,
+                Motion::Slide(_, of) => units[of.coordinate.index()] = Unit::Length,
+                Motion::Ball(_) => {}
+            }
+        }
+        units
+    }
+
     /// The unit of each control, known if all actuators that it drives agree.
-    pub(crate) fn units_of_controls(&self, controls: usize) -> Vec<Unit> {
+    pub(crate) fn units_of_controls(&self, controls: usize, coordinates: usize) -> Vec<Unit> {
+        let of_coordinates = self.units_of_coordinates(coordinates);
+        let of_drawn = self.drawn.iter().filter_map(|part| match part.shape {
+            Shape::Force { control, .. } | Shape::Cylinder { control: Some(control) } => Some((control, Unit::Length)),
+            Shape::Torque { control } => Some((control, Unit::Angle)),
+            _ => None,
+        });
+        let of_driven = self.driven.iter().map(|(control, driven)| match driven {
+            Drives::Displacement(unit) => (*control, *unit),
+            Drives::Coordinate(q) => (*control, of_coordinates[q.index()]),
+        });
         let mut units: Vec<Option<Unit>> = vec![None; controls];
-        for part in &self.drawn {
-            let (control, unit) = match part.shape {
-                Shape::Force { control, .. } | Shape::Cylinder { control: Some(control) } => (control, Unit::Length),
-                Shape::Torque { control } => (control, Unit::Angle),
-                _ => continue,
-            };
+        for (control, unit) in of_drawn.chain(of_driven) {
             let known = &mut units[control.index()];
             *known = Some(if known.is_some_and(|other| other != unit) { Unit::Unknown } else { unit });
         }
         units.into_iter().map(|unit| unit.unwrap_or(Unit::Unknown)).collect()
     }
+}
+
+/// What a control drives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Drives {
+    Displacement(Unit),
+    Coordinate(Coordinate),
 }
 
 /// Kind of a coordinate or constraint, or of the displacement along which a control acts.

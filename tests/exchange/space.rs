@@ -228,6 +228,48 @@ fn bodies_in_the_plane_are_drawn_in_space() {
     }
 }
 
+/// A crank, a rod and a rocker that a ball joint closes, with a spring and a ram, driven by a motor and a jet.
+pub fn linkage() -> Animation {
+    let mut scene = Scene::new();
+    let [torque, push, jet, both] = ["torque", "push", "jet", "both"].map(|name| scene.control(name));
+    let mut space = scene.spatial();
+    space.gravity([0.0, 0.0, -9.81]);
+    let [crank, rod, rocker] = [("crank", 0.2), ("rod", 0.6), ("rocker", 0.5)].map(|(name, length)| {
+        space.body(name, Inertia::cuboid(length, [length, 0.03, 0.03]).centred_at([0.5 * length, 0.0, 0.0]))
+    });
+    let drive = space.revolute("drive", Body::GROUND.origin(), crank.origin());
+    let [x, y] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    space.universal("elbow", crank.at([0.2, 0.0, 0.0]).along_and_toward(x, y), rod.origin().along_and_toward(x, y));
+    space.revolute("pivot", Body::GROUND.at([0.5, 0.1, 0.3]).along(y), rocker.origin().along(y));
+    space.close_ball("end", rod.at([0.6, 0.0, 0.0]), rocker.at([0.5, 0.0, 0.0]));
+    space.spring_damper("spring", Body::GROUND.at([0.0, 0.0, 0.5]), rod.at([0.3, 0.0, 0.0]), [20.0, 0.4, 0.1]);
+    space.two_point_actuator("ram", Body::GROUND.at([0.9, 0.0, 0.0]), rocker.at([0.25, 0.0, 0.0]), push);
+    space.thrust("nozzle", rocker.origin(), jet);
+    space.thrust("other nozzle", rocker.origin(), both);
+    space.torque("wheel", Body::GROUND.origin(), rocker.origin(), both);
+    scene.motor("motor", drive.angle, torque);
+    let system = scene.compile().expect("a scene");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.01));
+    inputs.start = hamiltonian_adjoint::Start::assembled(&system).hold(&[drive.angle]);
+    let (inputs, motion) = moved(&system, &inputs);
+    assert!(motion.to_csv(&system, &inputs).expect("a table").contains("drive.angle [rad]"));
+    Animation::new(&system, &inputs, &motion).expect("an animation")
+}
+
+#[test]
+fn springs_rams_and_closing_joints_are_drawn_and_controls_have_units() {
+    let data = data(&page_of(&linkage()));
+    let names: Vec<&str> =
+        data["links"].as_array().expect("links").iter().filter_map(|link| link["name"].as_str()).collect();
+    assert_eq!(names, ["spring", "ram"]);
+    part(&data, "end", "balls");
+    let unit = |name: &str| {
+        data["plots"].as_array().expect("plots").iter().find(|plot| plot["name"] == name).map(|plot| plot["unit"].clone())
+    };
+    let units = ["torque", "push", "jet", "both", "drive.angle"].map(|name| unit(name).expect("a plot"));
+    assert_eq!(units, ["N m", "N", "N", "", "rad"]);
+}
+
 #[test]
 fn pictures_of_space_are_balanced_and_move() {
     for (animation, names) in [(arm(200), ["link 1", "joint 7"]), (top(), ["box", "box"]), (mixed(), ["cart", "slot"])] {

@@ -25,6 +25,24 @@ pub(crate) struct Joint {
     pub(crate) frames: Range<usize>,
 }
 
+/// A spring, a ram, a rod or a joint between two markers, as it is drawn.
+#[derive(Clone, Debug)]
+pub(crate) struct Connection {
+    pub(crate) name: String,
+    pub(crate) ends: [Carried; 2],
+    pub(crate) kind: ConnectionKind,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum ConnectionKind {
+    /// A line between both markers, with a width in units of marks.
+    Line(f64),
+    /// A ball at the first marker.
+    Ball,
+    /// A hinge about the z axis of the first marker.
+    Hinge,
+}
+
 /// A body that is cut: where its first half is fixed, and the coordinates of the second half, which moves freely.
 #[derive(Clone, Debug)]
 pub(crate) struct Cut {
@@ -76,6 +94,7 @@ pub(crate) struct Bodies {
     pub(crate) frames: Vec<Frame>,
     pub(crate) joints: Vec<Joint>,
     pub(crate) cuts: Vec<Cut>,
+    pub(crate) connections: Vec<Connection>,
 }
 
 impl Carried {

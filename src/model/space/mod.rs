@@ -6,7 +6,7 @@ mod inertia;
 mod marker;
 mod vectors;
 
-pub(crate) use bodies::{Bodies, BodyPart, Carried, Cut, Following, Frame, Joint, Motion};
+pub(crate) use bodies::{Bodies, BodyPart, Carried, Connection, ConnectionKind, Cut, Following, Frame, Joint, Motion};
 pub use components::Components;
 pub use inertia::Inertia;
 pub(crate) use inertia::{Moments, principal};

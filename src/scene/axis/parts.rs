@@ -5,7 +5,7 @@ use nalgebra::SVector;
 use super::Axis;
 use super::along::{Along, Push, combined};
 use crate::model::element::{ForcePoint, ListCost, ListPoint};
-use crate::model::{Control, Coordinate, Multiplier, Param};
+use crate::model::{Control, Coordinate, Drives, Multiplier, Param};
 use crate::planar::{AppliedTorque, Constant, Motion};
 use crate::scene::planar::{dry_friction, stop_force, within};
 use crate::{Constraint, Error, Force, KineticEnergy, PotentialEnergy, Scalar, Scene};
@@ -89,6 +89,8 @@ impl Scene {
     /// Adds the force u (N or N m) of a motor along an axis, driven by a control. For a joint it acts on its second body, and its reaction on the first.
     pub fn motor(&mut self, name: &str, axis: impl Into<Axis>, force: Control) {
         let axis = axis.into();
+        let along = axis.q.first().map(|q| (force, Drives::Coordinate(*q)));
+        self.parts.sketch.driven.extend(along);
         self.list_force(name, Push(Motor), &axis.q, &[force], &axis.factors);
     }
 

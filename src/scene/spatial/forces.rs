@@ -5,7 +5,8 @@ use super::formula::{dot, minus, scaled, zero};
 use super::functions::{MarkerPoint, Markers};
 use super::path::Load;
 use super::{Components, Marker, Spatial};
-use crate::model::{Control, Param};
+use crate::model::space::ConnectionKind;
+use crate::model::{Control, Drives, Param, Unit};
 use crate::{ListForce, ListForcePoint, ListPotentialEnergy, Scalar};
 
 /// Forces and torques on markers, as functions of their positions and velocities. Their accelerations are zero in the arguments.
@@ -148,12 +149,18 @@ impl Spatial<'_> {
 
     /// Adds the force u (N) on a marker along its z axis, which turns with its body.
     pub fn thrust(&mut self, name: &str, marker: Marker, u: Control) {
+        self.drives(u, Unit::Length);
         self.force(name, Thrust, &[marker], &[u], &[]);
     }
 
     /// Adds the torque u (N m) on the body of marker b about the z axis of b, and the opposite one on the body of a.
     pub fn torque(&mut self, name: &str, a: Marker, b: Marker, u: Control) {
+        self.drives(u, Unit::Angle);
         self.opposite(name, Twist, [b, a], &[u], &[]);
+    }
+
+    fn drives(&mut self, control: Control, along: Unit) {
+        self.scene.parts.sketch.driven.push((control, Drives::Displacement(along)));
     }
 
     /// Adds opposite loads on two markers.
@@ -178,6 +185,8 @@ impl Spatial<'_> {
 
     /// Adds a force u (N) between two markers that drives them apart.
     pub fn two_point_actuator(&mut self, name: &str, a: Marker, b: Marker, u: Control) {
+        self.drives(u, Unit::Length);
+        self.connect(name, [a, b], ConnectionKind::Line(1.5));
         self.opposite(name, Push, [a, b], &[u], &[]);
     }
 
@@ -185,6 +194,7 @@ impl Spatial<'_> {
     /// and the damping are the constant 0.
     pub fn spring_damper(&mut self, name: &str, a: Marker, b: Marker, numbers: impl Components<3>) {
         let [stiffness, free_length, damping] = numbers.params();
+        self.connect(name, [a, b], ConnectionKind::Line(0.6));
         if stiffness.constant() != Some(0.0) {
             let Some((markers, Arguments { q, b })) = self.pair(name, [a, b], &[stiffness, free_length]) else { return };
             let spring = Spring { markers, is_slack: free_length.constant() == Some(0.0) };

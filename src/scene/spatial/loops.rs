@@ -6,6 +6,7 @@ use super::elements::Arguments;
 use super::formula::{Number, dot, minus, values};
 use super::path::Path;
 use super::{Marker, Spatial};
+use crate::model::space::{Connection, ConnectionKind};
 use crate::model::{Multiplier, Param};
 use crate::planar::{Constant, Motion};
 use crate::{ListConstraint, Scalar};
@@ -66,6 +67,7 @@ impl<F: Motion<P>, const P: usize> ListConstraint for Apart<F, P> {
 impl Spatial<'_> {
     /// Lets two markers coincide as by a ball joint: three equations, along the axes of a.
     pub fn close_ball(&mut self, name: &str, a: Marker, b: Marker) -> [Multiplier; 3] {
+        self.connect(name, [a, b], ConnectionKind::Ball);
         self.close(name, a, b, [Rows::Point])
     }
 
@@ -77,6 +79,7 @@ impl Spatial<'_> {
     /// Closes a loop by a hinge about the common z axis: five equations, those of [`close_ball`](Self::close_ball) and
     /// [`close_parallel`](Self::close_parallel).
     pub fn close_revolute(&mut self, name: &str, a: Marker, b: Marker) -> [Multiplier; 5] {
+        self.connect(name, [a, b], ConnectionKind::Hinge);
         self.close(name, a, b, [Rows::Point, Rows::Axis])
     }
 
@@ -128,7 +131,15 @@ impl Spatial<'_> {
         if !self.scene.check_params(name, &parameters) {
             return self.scene.no_multipliers();
         }
+        self.connect(name, [a, b], ConnectionKind::Line(0.9));
         self.between(name, a, b, |paths, of| Apart { paths, motion, parameters: of.b.numbers(parameters) })
+    }
+
+    /// Notes what is drawn between two markers; what is wrong with them is reported by the part itself.
+    pub(super) fn connect(&mut self, name: &str, markers: [Marker; 2], kind: ConnectionKind) {
+        let [Some(a), Some(b)] = markers.map(|marker| self.fixed_at(name, marker)) else { return };
+        let connection = Connection { name: name.into(), ends: [a, b], kind };
+        self.scene.parts.sketch.space.connections.push(connection);
     }
 
     fn close<const K: usize, const M: usize>(
