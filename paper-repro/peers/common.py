@@ -97,15 +97,16 @@ def version(package):
     return importlib.metadata.version(package)
 
 
-def main():
+def versions(packages):
+    """The versions of Python and of packages."""
     found = []
-    for package in ["numpy", "casadi", "jax", "crocoddyl", "pin"]:
+    for package in packages:
         try:
             found.append(f"{package} {version(package)}")
         except importlib.metadata.PackageNotFoundError:
             found.append(f"{package} not installed")
-    print(f"Python {platform.python_version()}: " + ", ".join(found))
+    return f"Python {platform.python_version()}: " + ", ".join(found)
 
 
 if __name__ == "__main__":
-    main()
+    print(versions(["numpy", "casadi", "jax", "crocoddyl", "pin"]))

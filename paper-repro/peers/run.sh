@@ -3,7 +3,8 @@
 #
 #   run.sh yardstick          the crate and the program written by hand; needs g++ and cargo, no Python; under a minute once built
 #   run.sh peers [FOLDER]     the Python packages, installed into a virtual environment in FOLDER (default: a temporary one)
-#   run.sh all [FOLDER]       both
+#   run.sh robots [FOLDER]    two robots from URDF files with Crocoddyl, Pinocchio and MuJoCo; three minutes once built
+#   run.sh all [FOLDER]       all of them
 #
 # Prints Markdown. Everything runs on one thread.
 set -euo pipefail
@@ -14,6 +15,7 @@ export LC_ALL=C PYTHONDONTWRITEBYTECODE=1
 
 rounds=${ROUNDS:-15}
 packages=(numpy casadi jax crocoddyl)
+robot_packages=(numpy pin==4.1.0 crocoddyl==3.2.1 mujoco==4.0.0 example-robot-data==5.0.0)
 peers=(maximal_numpy maximal_casadi minimal_casadi maximal_jax minimal_jax minimal_crocoddyl)
 
 main() {
@@ -22,9 +24,10 @@ main() {
     case "${1:-}" in
     yardstick) machine && yardstick ;;
     peers) machine && peers "${2:-$scratch}" ;;
-    all) machine && yardstick && peers "${2:-$scratch}" ;;
+    robots) machine && robots "${2:-$scratch}" ;;
+    all) machine && yardstick && peers "${2:-$scratch}" && robots "${2:-$scratch}" ;;
     *)
-        sed -n '2,8s/^# \{0,1\}//p' "$0"
+        sed -n '2,9s/^# \{0,1\}//p' "$0"
         return 2
         ;;
     esac
@@ -117,17 +120,24 @@ difference() {
         END { print worst / size }'
 }
 
-# A failed package or peer becomes a line of the table and does not end the script.
-peers() {
-    local folder=$1 package peer
+# Installs packages into FOLDER/venv; one that fails is reported and does not end the script.
+install() {
+    local folder=$1 package
+    shift
     mkdir -p "$folder"
     [ -x "$folder/venv/bin/python" ] || python3 -m venv "$folder/venv"
-    local python=$folder/venv/bin/python
-    for package in "${packages[@]}"; do
+    python=$folder/venv/bin/python
+    for package in "$@"; do
         "$python" -m pip install --quiet --disable-pip-version-check "$package" 2>"$scratch/pip.log" >&2 ||
             echo "$package could not be installed: $(tail -n 1 "$scratch/pip.log")" >&2
     done
     echo
+}
+
+# A failed peer becomes a line of the table and does not end the script.
+peers() {
+    local peer python
+    install "$1" "${packages[@]}"
     "$python" "$here/common.py"
     echo
     echo "| tool | unknowns, scheme | value, ms | value + gradient, ms | error of J | error of dJ/du | remarks |"
@@ -137,6 +147,13 @@ peers() {
             echo "| $peer | | | | | | failed: $(tail -n 1 "$scratch/peer.log" | tr '|' '/') |"
         fi
     done
+}
+
+robots() {
+    local python target=${CARGO_TARGET_DIR:-$repository/target}
+    cargo build --quiet --release --manifest-path "$repository/Cargo.toml" --target-dir "$target" -p urdf --example robot
+    install "$1" "${robot_packages[@]}"
+    PYTHONPATH=$here "$python" "$here/robots/table.py" "$target/release/examples/robot" "${ROUNDS:-5}"
 }
 
 main "$@"

@@ -27,14 +27,8 @@ class Robot:
         self.damping[-self.count :] = task.DAMPING
         self.torque[-self.count :] = [joints[name][1] for name in names]
 
-    def cost(self, q, v):
-        return task.cost(q[-self.count :], v[-self.count :], self.start)
-
-
-class SemiImplicit(Robot):
-    def __init__(self, joints, path):
-        super().__init__(joints, path)
         self.model.armature = task.DT * self.damping
+        self.calls = []
 
     def simulate(self):
         model, data, h, q, v = self.model, self.data, task.DT, self.q, np.zeros(self.model.nv)
@@ -56,7 +50,7 @@ class SemiImplicit(Robot):
             moved = [pinocchio.dIntegrate(model, q, change, by) for by in (pinocchio.ARG0, pinocchio.ARG1)] if self.is_free else None
             steps.append((a_q.copy(), a_v.copy(), a_torque.copy(), moved))
             q = pinocchio.integrate(model, q, change)
-        value, by_q, by_v = self.cost(q, v)
+        value, by_q, by_v = task.cost(q[-self.count :], v[-self.count :], self.start)
         slope_q, slope_v, gradient = np.zeros(model.nv), np.zeros(model.nv), np.zeros(model.nv)
         slope_q[-self.count :], slope_v[-self.count :] = by_q, by_v
         for a_q, a_v, a_torque, moved in reversed(steps):
@@ -78,37 +72,11 @@ class SemiImplicit(Robot):
         return task.time_us(run)
 
 
-def fourth_order(robot, steps, h):
-    """J with the classical Runge-Kutta method in q0 (+) z, z = 0 at the start of each step; z' = v to the order of the method only if all
-    joints have one coordinate, so a free base is expanded: z' = v + (z x v)/2 + (z x (z x v))/12 with the Lie bracket."""
-    model, data, q, v = robot.model, robot.data, robot.q, np.zeros(robot.model.nv)
-
-    def bracket(z, w):
-        change = np.zeros(model.nv)
-        if robot.is_free:
-            change[:6] = pinocchio.Motion(z[:6]).cross(pinocchio.Motion(w[:6])).vector
-        return change
-
-    def slope(z, w):
-        a = pinocchio.aba(model, data, pinocchio.integrate(model, q, z), w, robot.torque - robot.damping * w).copy()
-        return w + bracket(z, w) / 2 + bracket(z, bracket(z, w)) / 12, a
-
-    for _ in range(steps):
-        z1, a1 = slope(np.zeros(model.nv), v)
-        z2, a2 = slope(h / 2 * z1, v + h / 2 * a1)
-        z3, a3 = slope(h / 2 * z2, v + h / 2 * a2)
-        z4, a4 = slope(h * z3, v + h * a3)
-        q = pinocchio.integrate(model, q, h / 6 * (z1 + 2 * z2 + 2 * z3 + z4))
-        v = v + h / 6 * (a1 + 2 * a2 + 2 * a3 + a4)
-    return robot.cost(q, v)[0]
-
-
 def results(joints, path):
-    finer = fourth_order(Robot(joints, path), task.FINER * task.STEPS, task.DT / task.FINER)
-    robot = SemiImplicit(joints, path)
+    robot = Robot(joints, path)
     times = [task.time_us(robot.simulate), task.time_us(robot.gradient)]
     library = [robot.library(pinocchio.aba), robot.library(pinocchio.computeABADerivatives)]
-    yield task.result("semi-implicit Euler", *robot.gradient(), times, library, finer)
+    yield task.result("semi-implicit Euler", *robot.gradient(), times, library)
 
 
 task.main(results)

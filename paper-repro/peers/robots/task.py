@@ -85,8 +85,8 @@ def cost(q, v, start):
     return 0.5 * (q - start) @ (q - start) + 0.005 * v @ v, q - start, 0.01 * v
 
 
-def time_us(function, budget=0.3):
-    """The median time of a step, after one call that is not timed; a call computes all steps."""
+def time_us(function, budget=0.2):
+    """The median time of a step after one call that is not timed; a call computes all steps."""
     function()
     times, end = [], time.perf_counter() + budget
     while len(times) < 3 or time.perf_counter() < end:
@@ -96,7 +96,7 @@ def time_us(function, budget=0.3):
     return 1e6 * statistics.median(times) / STEPS
 
 
-def result(scheme, value, gradient, times, library, finer, damping=DAMPING):
+def result(scheme, value, gradient, times, library=(None, None), finer=None, damping=DAMPING):
     """`gradient`: {joint: dJ/dtorque}; `times` of a step: simulation, value and gradient; `library`: simulation and derivatives of all steps by
     functions of the library alone, without Python; `finer`: J by an accurate scheme with small steps."""
     return {"scheme": scheme, "value": value, "gradient": gradient, "times": times, "library": library, "finer": finer, "damping": damping}
