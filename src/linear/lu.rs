@@ -17,6 +17,7 @@ use super::products::{minus_dot, subtract};
 use super::size::{Fixed, Free, Size};
 use crate::number::minus_product;
 use nalgebra::DMatrix;
+use std::ops::Range;
 
 /// Smallest accepted ratio of a pivot to the magnitudes that were added up in it.
 const SMALLEST_PIVOT: f64 = 1e-13;
@@ -55,8 +56,8 @@ pub(super) struct Rows<'a> {
     /// Magnitudes that were added to diagonal entry k before.
     pub(super) scale: &'a [f64],
     pub(super) interchanges: Interchanges,
-    /// Whether rows were interchanged.
-    pub(super) mixed: bool,
+    /// The steps between the first and the last interchange of rows, both included.
+    pub(super) mixed: Range<usize>,
 }
 
 /// Factorises D in place and returns the largest ratio of the magnitudes added up in a pivot to the pivot.
@@ -95,7 +96,7 @@ fn fixed_step<N: Size, const K: usize>(n: N, rows: &mut Rows<'_>, worst: &mut f6
 #[inline(always)]
 fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> Result<(), Cancelled> {
     let (s, k) = (n.get(), k.get());
-    let added = if rows.mixed { added_by_others(k, [k, k], rows) } else { rows.scale[k] };
+    let added = if rows.mixed.is_empty() { rows.scale[k] } else { added_by_others([k, k], rows) };
     let (mut scale, pivot) = (magnitude(s, k, rows, added), rows.d[k * s + k]);
     rows.swaps[k] = k;
     // False for a NaN.
@@ -108,10 +109,11 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
     if may_interchange && (always || !keeps_digits || buries(s, k, rows)) {
         let row = choose_row(s, k, rows);
         if row != k {
-            let added = added_by_others(k, [row, k], rows);
+            let added = added_by_others([row, k], rows);
             swap_rows(s, rows.d, k, row);
             swap_rows(s, rows.u, k, row);
-            (rows.swaps[k], rows.mixed) = (row, true);
+            rows.swaps[k] = row;
+            rows.mixed = if rows.mixed.is_empty() { k } else { rows.mixed.start }..k + 1;
             scale = magnitude(s, k, rows, added);
         }
     }
@@ -158,7 +160,7 @@ pub(super) fn is_buried(before: f64, added: f64) -> bool {
 fn buries(s: usize, k: usize, rows: &Rows<'_>) -> bool {
     let (d, pivot) = (&rows.d, rows.d[k * s + k].abs());
     (k + 1..s).any(|i| {
-        let added = if rows.mixed { added_by_others(k, [i, i], rows) } else { rows.scale[i] };
+        let added = if rows.mixed.is_empty() { rows.scale[i] } else { added_by_others([i, i], rows) };
         is_buried(pivot * (d[i * s + i].abs() + added), (d[k * s + i] * d[i * s + k]).abs())
     })
 }
@@ -171,27 +173,31 @@ fn buries(s: usize, k: usize, rows: &Rows<'_>) -> bool {
 #[cold]
 #[inline(never)]
 fn choose_row(s: usize, k: usize, rows: &Rows<'_>) -> usize {
-    let quality = |i: usize| {
-        let size = match own_magnitude(s, k, i, rows) {
+    // The quality of row i, or a value below `least` if it is not larger.
+    let quality = |i: usize, least: f64| {
+        let entry = rows.d[k * s + i];
+        let enough = coupled(entry, least);
+        let size = match own_magnitude(s, k, i, rows, enough) {
             0.0 => {
-                let others = (k..s).map(|m| (rows.d[m * s + i], own_magnitude(s, k, m, rows)));
+                let others = (k..s).map(|m| (rows.d[m * s + i], own_magnitude(s, k, m, rows, f64::INFINITY)));
                 others.filter(|(_, size)| *size > 0.0).map(|(entry, size)| coupled(entry, size)).sum()
             }
             size => size,
         };
-        coupled(rows.d[k * s + i], size)
+        coupled(entry, size)
     };
     // If nothing but the pivot itself was added up, as for a multiplier beside a coordinate without inertia, the qualities are equal.
     let least = if rows.interchanges == Interchanges::Always { 0.5 } else { 1.0 };
-    let first = (k, least * quality(k));
-    (k + 1..s).map(|i| (i, quality(i))).fold(first, |best, other| if other.1 > best.1 { other } else { best }).0
+    let first = (k, least * quality(k, 0.0));
+    let others = (k + 1..s).filter(|i| rows.d[k * s + i] != 0.0);
+    others.fold(first, |best, i| Some((i, quality(i, best.1))).filter(|other| other.1 > best.1).unwrap_or(best)).0
 }
 
-/// The magnitudes that other nodes added to entry (i, j) before step k, or a bound on them, √(m_j m_l), if row i contains the equation of another unknown l.
+/// The magnitudes that other nodes added to entry (i, j), or a bound on them, √(m_j m_l), if row i contains the equation of another unknown l.
 #[cold]
 #[inline(never)]
-fn added_by_others(k: usize, [i, j]: [usize; 2], rows: &Rows<'_>) -> f64 {
-    (rows.scale[equation(k, i, rows.swaps)] * rows.scale[j]).sqrt()
+fn added_by_others([i, j]: [usize; 2], rows: &Rows<'_>) -> f64 {
+    (rows.scale[equation(i, rows)] * rows.scale[j]).sqrt()
 }
 
 /// x²/size; infinite for x ≠ 0 and size 0.
@@ -200,23 +206,26 @@ fn coupled(x: f64, size: f64) -> f64 {
     if x == 0.0 { 0.0 } else { (x * (x / size)).abs() }
 }
 
-/// The unknown whose equation is in row i before step k.
-fn equation(k: usize, i: usize, swaps: &[usize]) -> usize {
-    let back = |i: usize, (m, &row): (usize, &usize)| match i {
-        i if i == m => row,
-        i if i == row => m,
-        i => i,
+/// The unknown whose equation is in row i now.
+fn equation(i: usize, rows: &Rows<'_>) -> usize {
+    let back = |i: usize, m: usize| match (i, rows.swaps[m]) {
+        (i, row) if i == m => row,
+        (i, row) if i == row => m,
+        (i, _) => i,
     };
-    swaps[..k].iter().enumerate().rev().fold(i, back)
+    rows.mixed.clone().rev().fold(i, back)
 }
 
-/// The magnitudes that were added up before step k in the diagonal entry of the unknown whose equation is in row i.
-fn own_magnitude(s: usize, k: usize, i: usize, rows: &Rows<'_>) -> f64 {
-    let (d, j) = (&rows.d, equation(k, i, rows.swaps));
-    let summands: f64 = (0..j.min(k)).map(|m| (d[m * s + i] * d[j * s + m]).abs()).sum();
+/// The magnitudes that were added up before step k in the diagonal entry of the unknown whose equation is in row i; fewer of them if they are `enough`.
+fn own_magnitude(s: usize, k: usize, i: usize, rows: &Rows<'_>, enough: f64) -> f64 {
+    let (d, j) = (&rows.d, equation(i, rows));
     // An eliminated column contains the factor, which must be multiplied by the pivot.
     let rest = if j < k { d[j * s + i] / d[j * s + j] } else { d[j * s + i] };
-    rest.abs() + summands + rows.scale[j]
+    let known = rest.abs() + rows.scale[j];
+    if known >= enough {
+        return known;
+    }
+    known + (0..j.min(k)).map(|m| (d[m * s + i] * d[j * s + m]).abs()).sum::<f64>()
 }
 
 /// Exchanges rows k < row; searching for `row` keeps the indices constant after unrolling.

@@ -48,7 +48,7 @@ fn eliminate<N: Size>(node: &Node, state: &mut State<'_>, interchanges: Intercha
     let (own, scale) = state.scale[node.first..].split_at_mut(s);
 
     let worst = n.on_square(d, |d| {
-        let worst = lu::factor(n, &mut lu::Rows { d, u, swaps, scale: own, interchanges, mixed: false })?;
+        let worst = lu::factor(n, &mut lu::Rows { d, u, swaps, scale: own, interchanges, mixed: 0..0 })?;
         for column in u.chunks_exact_mut(s) {
             n.on_vector(column, |y| lu::solve_lower(n, d, y));
         }
