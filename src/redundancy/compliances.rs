@@ -12,6 +12,7 @@
 //! are at most 1e-10 of a joint's own flexibility and have no other visible effect as long as positions drift alike; otherwise see
 //! `redundancy/selection.rs`. Scenes with independent constraints have no compliances.
 
+use crate::model::space::Motion;
 use crate::motion::{Compliances, closed};
 use crate::node::Linearisation;
 use crate::redundancy::rank;
@@ -49,7 +50,7 @@ pub(crate) fn compliances(linearisation: &Linearisation, system: &System, at: &N
     of_loops(system, &flexibilities(system, at, &apparent_masses(linearisation, system, at)))
 }
 
-/// diag(M) at the point of the last evaluation.
+/// diag(M) at the point of the last evaluation; for the four Euler parameters of a rotation, which have no inertia along themselves, their mean.
 pub(crate) fn masses(linearisation: &Linearisation, system: &System) -> Vec<f64> {
     let (n, m) = (system.n(), system.m());
     let evaluation = &linearisation.evaluation;
@@ -60,6 +61,13 @@ pub(crate) fn masses(linearisation: &Linearisation, system: &System) -> Vec<f64>
         uncoupled.iter().for_each(|&i| unit[i] = 1.0);
         evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
         uncoupled.iter().for_each(|&i| (masses[i], unit[i]) = (rows.v[i], 0.0));
+    }
+    for frame in &system.sketch().space.frames {
+        if let Motion::Ball(e) = &frame.motion {
+            let all = e.each_ref().map(|e| e.coordinate.index());
+            let mean = 0.25 * all.iter().map(|i| masses[*i]).sum::<f64>();
+            all.into_iter().for_each(|i| masses[i] = mean);
+        }
     }
     masses
 }

@@ -1,8 +1,10 @@
 //! Trees of bodies.
 
 use hamiltonian_adjoint::planar;
-use hamiltonian_adjoint::spatial::{Body, Inertia, Revolute};
-use hamiltonian_adjoint::{Cost, CostPoint, Error, Grid, Inputs, Mechanics, Scalar, Scene, Settings, Solver, Sum, System};
+use hamiltonian_adjoint::spatial::{Body, Inertia, Quantity, Revolute};
+use hamiltonian_adjoint::{
+    Cost, CostPoint, Error, Grid, Inputs, Mechanics, Scalar, Scene, Settings, Solver, Sum, System, check,
+};
 use nalgebra::SVector;
 
 use crate::common::assert_gradient_is_exact_with;
@@ -80,6 +82,29 @@ fn gradients_are_exact() -> Result<(), Error> {
         let start = std::time::Instant::now();
         arm(joints)?;
         println!("{joints}: compiled in {:?}", start.elapsed());
+    }
+    Ok(())
+}
+
+/// Where e = (1, 0, 0, 0), the inertia of e₀ is zero except for rounding, and says nothing of the size of its changes.
+#[test]
+fn the_check_accepts_gradients_of_bodies_that_fall_freely() -> Result<(), Error> {
+    for offset in [0.0, 0.2] {
+        let mut scene = Scene::new();
+        let mut space = scene.spatial();
+        space.gravity([0.0, 0.0, -9.81]);
+        let inertia = Inertia::cuboid(1.2, [0.4, 0.2, 0.1]);
+        let [base, arm] = ["base", "arm"].map(|name| space.body(name, inertia.centred_at([offset, 0.0, 0.0])));
+        let free = space.free("free", Body::GROUND.origin(), base.origin());
+        space.revolute("hinge", base.origin().along([0.0, 1.0, 0.0]), arm.origin().along([0.0, 1.0, 0.0]));
+        let tip = space.outputs("tip", Quantity::Position, arm.at([0.2, 0.0, 0.0]), Sum::Terminal);
+        scene.place(free.position[2], 1.0);
+        let system = scene.compile()?;
+        let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
+        for output in tip {
+            let report = check::gradient(&system, &inputs, Settings::default()).output(output).run()?;
+            assert!(report.passed(), "{report}");
+        }
     }
     Ok(())
 }
