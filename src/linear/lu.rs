@@ -117,9 +117,11 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
             scale = magnitude(s, k, rows, added);
         }
     }
-    let Rows { d, .. } = rows;
-    let pivot = d[k * s + k];
+    let pivot = rows.d[k * s + k];
     let inverse = 1.0 / pivot;
+    if !rows.mixed.is_empty() {
+        scale += inherited(s, k, rows);
+    }
     let ratio = scale * inverse.abs();
     if ratio.is_nan() || ratio * SMALLEST_PIVOT >= 1.0 {
         return Err(Cancelled { column: k, pivot, scale });
@@ -127,6 +129,7 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
     if ratio > *worst {
         *worst = ratio;
     }
+    let Rows { d, .. } = rows;
     d[k * s + k] = inverse;
     for entry in &mut d[k * s + k + 1..(k + 1) * s] {
         *entry *= inverse;
@@ -147,6 +150,17 @@ fn magnitude(s: usize, k: usize, rows: &Rows<'_>, added: f64) -> f64 {
     let d = &rows.d;
     let summands: f64 = (0..k).map(|m| (d[m * s + k] * d[k * s + m]).abs()).sum();
     d[k * s + k].abs() + (summands + added)
+}
+
+/// The magnitudes added up in the diagonal entry of an unknown j whose equation gives another pivot k, as they were subtracted from that pivot.
+///
+/// In [λ ε; ε 1], where λ = O(ε²) is a difference of terms of order 1, an interchange gives the pivots ε and ε − λ/ε. Neither is small compared with the
+/// terms of its own sum, but λ/ε has the rounding error of 1/ε.
+#[cold]
+#[inline(never)]
+fn inherited(s: usize, k: usize, rows: &Rows<'_>) -> f64 {
+    let j = equation(k, rows);
+    if j < k { own_magnitude(s, k + 1, k, rows, f64::INFINITY) * (rows.d[j * s + j] * rows.d[k * s + j]).abs() } else { 0.0 }
 }
 
 /// True if the digits of the entry before an addition are lost in the added terms.

@@ -350,6 +350,25 @@ fn what_a_pivot_loses_is_told_by_every_kernel() {
     }
 }
 
+/// AᵀA with two columns at a small angle δ loses digits by 1/δ², also if rows are interchanged, after which pivots are of order δ.
+#[test]
+fn what_interchanged_pivots_lose_is_told() {
+    for (size, delta) in (3..=10).flat_map(|size| [1e-3f64, 1e-5].map(|delta| (size, delta))) {
+        let mut a = DMatrix::<f64>::identity(size, size);
+        let tilted = [delta.cos(), 0.6 * delta.sin(), 0.8 * delta.sin()];
+        tilted.into_iter().enumerate().for_each(|(i, x)| a[(i, 1)] = x);
+        (0..2).for_each(|i| a[(i, 2)] = [0.0, 1.0][i]);
+        a[(2, 2)] = 0.0;
+        let (matrix, pattern) = (a.transpose() * &a, blocks(&[size], &[]));
+        let (s, mut lu) = (Symbolic::analyse(&pattern), Matrix::<BlockLu>::new(&Symbolic::analyse(&pattern)));
+        set_constant(&mut lu, &s, &pattern, &matrix);
+        assemble(&mut lu, &s, &pattern, &matrix);
+        lu.factor(&s).expect("regular");
+        let told = lu.worst_pivot() / delta.powi(2);
+        assert!(told > 0.1 && told < 1.01, "{size} unknowns, {delta}: {told} δ²");
+    }
+}
+
 /// Two equal constraints whose coordinates are in an earlier node, in the same node, or condensed.
 #[test]
 fn redundant_constraints_are_reported() {
