@@ -352,12 +352,17 @@ impl Chain<'_> {
     }
 
     /// What is left of d'Alembert's principle Σ m (c̈ − g)·∂c/∂q_j + (J ω̇ + ω × J ω)·∂ω/∂q̇_j − Q_j + Φ_qᵀ λ, without its part along quaternions,
-    /// relative to the sum of the sizes of its terms; `lambda` are the multipliers of the closings.
+    /// relative to the sum of the sizes of its terms, to which accelerations and reactions contribute |M| |v̇| and Σ |λ|; `lambda` are the multipliers of
+    /// the closings.
+    ///
+    /// Where axes of massless bodies are nearly parallel, accelerations of 1e6 may cancel in every body, with the rounding of 1e6; where a row of Φ_q
+    /// nearly vanishes, reactions of 1e16 have the rounding of the row.
     pub fn imbalance(&self, [q, v, v_dot]: [&[f64]; 3], lambda: &[f64]) -> f64 {
         let curve = |i: usize| Dual2_64::new(q[i], v[i], v_dot[i]);
         let poses = self.poses(&curve);
         let (centres, wrenches, g) = (self.centres(&poses), self.wrenches(&poses), self.gravity());
-        let (mut left, mut size) = (DVector::zeros(q.len()), 0.0f64);
+        let mass = self.mass(q);
+        let (mut left, mut size) = (DVector::zeros(q.len()), lambda.iter().map(|lambda| lambda.abs()).sum::<f64>());
         for j in 0..q.len() {
             let unit = unit(q, j);
             let moved = self.poses(&unit);
@@ -378,6 +383,7 @@ impl Chain<'_> {
             terms.extend(self.phi(&unit).iter().zip(lambda).map(|(phi, lambda)| phi.v1 * lambda));
             left[j] = terms.iter().sum::<f64>();
             size = terms.iter().fold(size, |size, term| size.max(term.abs()));
+            size = size.max((0..q.len()).map(|i| (mass[(j, i)] * v_dot[i]).abs()).sum());
         }
         for first in self.quaternions() {
             let e = DVector::from_column_slice(&q[first..first + 4]).normalize();
