@@ -65,7 +65,7 @@ pub(in crate::system) fn groups(
     // A body that a constraint carries only for a time does not own it.
     let mut loop_equations = may_open;
     for joint in joints {
-        let regular = |&b: &usize| can_own(&owned[b], &joint.equations, &blocks[b], phi_q);
+        let regular = |&b: &usize| can_own(&owned[b], &joint.equations, (&blocks[b], inertia), phi_q);
         match tree.carried_by(&joint.blocks).filter(regular) {
             Some(b) => {
                 owned[b].extend(&joint.equations);
@@ -180,8 +180,17 @@ impl Tree {
 /// A row of Φ_q whose part of a block is below this share of it is zero there: a plane does not move with a body that moves in it.
 const ROUNDING: f64 = 1e-12;
 
+/// A body does not own rows that differ by less than this in units in which its inertia is 1: the square of the difference would be their pivot, which
+/// buries the inertia of the other bodies that they touch. An axis that is tilted by 1e-7 makes such rows.
+const DIFFERENT: f64 = 1e-2;
+
 /// Whether a body's block stays regular when these equations are added to those it owns, for Φ_q at two positions.
-fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<Vec<Entry>>; 2]) -> bool {
+fn can_own(
+    owned: &[usize],
+    more: &[usize],
+    (block, inertia): (&Range<usize>, &[f64]),
+    phi_q: &[Vec<Vec<Entry>>; 2],
+) -> bool {
     let rows: Vec<usize> = owned.iter().chain(more).copied().collect();
     if rows.len() > block.len() {
         return false;
@@ -201,10 +210,23 @@ fn can_own(owned: &[usize], more: &[usize], block: &Range<usize>, phi_q: &[Vec<V
             return false;
         }
     }
+    let own = &inertia[block.clone()];
+    if own.iter().all(|inertia| *inertia > 0.0) {
+        let scaled = DMatrix::from_fn(rows.len(), block.len(), |r, i| matrix[(r, i)] / own[i].sqrt());
+        let lengths: Vec<f64> = scaled.row_iter().map(|row| row.norm()).collect();
+        if !has_rank(DMatrix::from_fn(rows.len(), block.len(), |r, i| scaled[(r, i)] / lengths[r]), DIFFERENT) {
+            return false;
+        }
+    }
     equilibrate(&mut matrix);
-    // Singular values are not used because their iteration may not terminate.
+    has_rank(matrix, 1e-6)
+}
+
+/// Whether all pivots of a matrix with more columns than rows are above a bound. Singular values are not used because their iteration may not terminate.
+fn has_rank(matrix: DMatrix<f64>, least: f64) -> bool {
+    let rows = matrix.nrows();
     let pivots = matrix.full_piv_lu().u();
-    (0..rows.len()).all(|r| pivots[(r, r)].abs() > 1e-6)
+    (0..rows).all(|r| pivots[(r, r)].abs() > least)
 }
 
 /// Rows of Φ_q restricted to the coordinates of a block.

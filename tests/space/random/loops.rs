@@ -9,7 +9,7 @@ use super::derivatives::{Mixed, compare_derivatives};
 use super::plan::{Scope, plan};
 use super::{TREES, Tally, cases, chain, compare_mechanics, controls, inputs, seeds};
 
-const LOOPS: Scope = Scope { loops: true, ..TREES };
+pub const LOOPS: Scope = Scope { loops: true, ..TREES };
 
 fn close_one(tally: &mut Tally, seed: u64) -> Result<(), Error> {
     let mut random = Random::new(seed);
