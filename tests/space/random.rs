@@ -5,6 +5,7 @@
 mod build;
 mod chain;
 mod conservation;
+mod cuts;
 mod derivatives;
 mod loops;
 mod plan;

@@ -74,7 +74,10 @@ fn quaternion(turn: Matrix, value: &dyn Fn(Param) -> f64) -> [Param; 4] {
         [skew(0, 2), sum(0, 1), one - entry(0, 0) + entry(1, 1) - entry(2, 2), sum(1, 2)],
         [skew(1, 0), sum(0, 2), sum(1, 2), one - entry(0, 0) - entry(1, 1) + entry(2, 2)],
     ];
-    let largest = (0..4).max_by(|&i, &j| value(all[i][i]).total_cmp(&value(all[j][j]))).unwrap_or(0);
+    // The traces of R and of R after half turns about the axes: values of new expressions are not known yet.
+    let [x, y, z] = [0, 1, 2].map(|i| value(entry(i, i)));
+    let traces = [x + y + z, x - y - z, y - x - z, z - x - y];
+    let largest = (0..4).max_by(|&i, &j| traces[i].total_cmp(&traces[j])).unwrap_or(0);
     let length = all[largest].into_iter().fold(Param::from(0.0), |sum, entry| sum + entry * entry).sqrt();
     all[largest].map(|entry| entry / length)
 }

@@ -18,6 +18,8 @@ pub struct Built {
     pub multipliers: Vec<Multiplier>,
     /// Coordinates that are no quaternions.
     pub simple: Vec<Coordinate>,
+    /// The coordinates of the body in the plane, and of the joint of every link.
+    pub own: Vec<Coordinate>,
     pub q: Vec<f64>,
     pub v: Vec<f64>,
     tip: Marker,
@@ -85,12 +87,13 @@ pub fn build(plan: &Plan, random: &mut Random) -> Built {
     builder.flat = flat.map(|flat| scene.spatial().planar_body("flat in space", flat));
     let gravity = builder.params(plan.gravity);
     scene.spatial().gravity(gravity);
-    let mut of_links = Vec::new();
+    let (mut of_links, mut all) = (Vec::new(), simple.clone());
     for k in 0..plan.links.len() {
         let own = join(&mut scene, &mut builder, k, &simple);
         let is_own = !matches!(plan.links[k].kind, Kind::DependentRevolute | Kind::DependentPrismatic);
         let count = if plan.links[k].kind == Kind::Ball { 0 } else { own.len().min(3) };
         simple.extend(own[..if is_own { count } else { 0 }].iter());
+        all.extend(&own);
         of_links.push(own.iter().map(|q| q.index()).collect::<Vec<_>>());
     }
     let mut controls = Vec::new();
@@ -118,11 +121,19 @@ pub fn build(plan: &Plan, random: &mut Random) -> Built {
         multipliers.extend(close(&mut scene, &format!("closing {k}"), closing.kind, (a, b, *length)));
     }
     let tip = builder.marker(plan.tip);
-    Built { tip, controls, scene, of_links, of_flat, others, multipliers, simple, q, v }
+    Built { tip, controls, scene, of_links, of_flat, others, multipliers, simple, own: all, q, v }
 }
 
-/// Adds a body and its joint, and returns the coordinates of the joint.
+/// Adds a body, its joint and, if the plan says so, a cut, and returns the coordinates of the joint.
 fn join(scene: &mut Scene, builder: &mut Builder, k: usize, simple: &[Coordinate]) -> Vec<Coordinate> {
+    let own = carry(scene, builder, k, simple);
+    if builder.plan.cuts.contains(&k) {
+        scene.spatial().cut(&format!("cut {k}"), builder.bodies[k]);
+    }
+    own
+}
+
+fn carry(scene: &mut Scene, builder: &mut Builder, k: usize, simple: &[Coordinate]) -> Vec<Coordinate> {
     let link = &builder.plan.links[k];
     let inertia = Inertia::new(builder.param(link.mass), builder.params(link.tensor));
     let inertia = inertia.centred_at(builder.params(link.centre));

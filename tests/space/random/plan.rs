@@ -105,6 +105,8 @@ pub struct Plan {
     pub links: Vec<Link>,
     pub loads: Vec<Load>,
     pub closings: Vec<Closing>,
+    /// The links at whose bodies chains are cut.
+    pub cuts: Vec<usize>,
     /// The marker of outputs and costs.
     pub tip: At,
 }
@@ -321,5 +323,5 @@ pub fn plan(random: &mut Random, scope: Scope) -> Plan {
         closings.push(Closing { kind: source.pick(&KINDS), a: source.at(a), b });
     }
     let gravity = source.numbers(gravity);
-    Plan { designs: source.designs, gravity, flat, links, loads, closings, tip }
+    Plan { designs: source.designs, gravity, flat, links, loads, closings, cuts: Vec::new(), tip }
 }
