@@ -308,9 +308,13 @@ impl fmt::Display for Withdrawn {
                 f,
                 "J of the continuous motion minus J is {residual:.1e} by the residuals of the steps, but {difference:.1e} by the difference to every second node; if the steps resolved the motion, these would agree to a factor of {AGREE}"
             ),
-            Withdrawn::Large { error } => {
+            Withdrawn::Large { error } if *error < 1.0 => {
                 write!(f, "the gradient may be wrong by {:.0} %: use shorter steps", 100.0 * error)
             }
+            Withdrawn::Large { error } => write!(
+                f,
+                "the gradient may be wrong by {error:.2e} times its size: it almost vanishes, as at an optimum, or the steps are too long"
+            ),
         }
     }
 }
