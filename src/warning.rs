@@ -51,6 +51,12 @@ pub enum Warning {
         /// and gradient are right.
         order: usize,
     },
+    /// Elements or costs have no program, because their derivatives have too many operations. They are then differentiated by dual numbers at every
+    /// point, which is far slower ([`System::without_programs`](crate::System::without_programs)).
+    NoProgram {
+        /// The elements and costs.
+        elements: Vec<String>,
+    },
     /// The optimisation problem has neither a cost nor a constraint, so every point is a solution.
     NothingAsked,
     /// Costs or outputs read σ of dependent constraints. The share of each constraint in the common reaction follows from the compliance
@@ -321,6 +327,11 @@ impl fmt::Display for Warning {
                 "`{element}` loses its {}derivative with respect to {argument}, because it computes with the value of `re()`: {} wrong; use `re()` only for comparisons and to choose the piece of a table, and compute with the number itself",
                 if *order == 1 { "" } else { "second " },
                 if *order == 1 { "gradients, and also motions if the formula is an energy or a constraint, are" } else { "products of the Hessian are" },
+            ),
+            Warning::NoProgram { elements } => write!(
+                f,
+                "the derivatives of `{}` have too many operations for a program: they are evaluated about a hundred times more slowly; use several small elements instead, and cut a long chain in space with `Spatial::cut`",
+                elements.join("`, `")
             ),
             Warning::NothingAsked => f.write_str(
                 "the problem has neither a cost nor a constraint, so every point is a solution; add a cost to the scene (`Scene::cost`, `Scene::effort`), or \

@@ -22,6 +22,8 @@ impl ForwardSweep {
     pub(crate) fn begin(&mut self, system: &System, inputs: &Inputs, room: usize, settings: &Settings) -> Result<(), Error> {
         self.motion.trajectory.computed = 0;
         (self.monitor.report, self.monitor.examiner) = (Report::default(), Examiner::new(Order::First));
+        let elements: Vec<String> = system.too_long().map(String::from).collect();
+        self.monitor.report.warnings.extend((!elements.is_empty()).then_some(Warning::NoProgram { elements }));
         self.watch.begin();
         settings.check()?;
         inputs.check(system)?;

@@ -206,10 +206,7 @@ impl System {
     /// The elements and costs without a program, with the reason. num-dual differentiates them at every point, which is slower but as
     /// exact.
     pub fn without_programs(&self) -> impl Iterator<Item = (&str, &'static str)> {
-        let elements = self.formulas.elements.iter().filter(|element| element.formula.kernels.is_none());
-        let costs = self.costs.terms().filter(|cost| !cost.has_program);
-        let of_elements = elements.map(|element| (element.name.as_str(), element.formula.obstacle));
-        of_elements.chain(costs.map(|cost| (cost.name, cost.obstacle))).map(|(name, obstacle)| {
+        self.obstacles().map(|(name, obstacle)| {
             let why = match obstacle {
                 None => "the scene was compiled without programs",
                 Some(Obstacle::Branches) => "its formula depends on a plain value (`re()`, a comparison, a branch)",
@@ -218,6 +215,19 @@ impl System {
             };
             (name, why)
         })
+    }
+
+    /// The elements and costs whose derivatives have too many operations for a program.
+    pub(crate) fn too_long(&self) -> impl Iterator<Item = &str> {
+        self.obstacles().filter(|(_, obstacle)| *obstacle == Some(Obstacle::IsTooLong)).map(|(name, _)| name)
+    }
+
+    /// The elements and costs without a program; `None` if the scene was compiled without programs.
+    fn obstacles(&self) -> impl Iterator<Item = (&str, Option<Obstacle>)> {
+        let elements = self.formulas.elements.iter().filter(|element| element.formula.kernels.is_none());
+        let costs = self.costs.terms().filter(|cost| !cost.has_program);
+        let of_elements = elements.map(|element| (element.name.as_str(), element.formula.obstacle));
+        of_elements.chain(costs.map(|cost| (cost.name, cost.obstacle)))
     }
 
     pub(crate) fn may_bend(&self) -> bool {

@@ -78,6 +78,31 @@ fn a_mass_that_a_design_variable_makes_negative_is_named() {
     assert!(["t = 0.0 s", "`sled.x`", "-2.000e0", "bound design variables"].iter().all(|word| message.contains(word)));
 }
 
+/// Waves of so many different numbers.
+struct Waves(usize);
+impl Formula for Waves {
+    fn at<S: Scalar>(&self, q: S, _v: S, _t: S) -> S {
+        (0..self.0).fold(q, |sum, k| sum + (q + (k as f64).sqrt()).sin())
+    }
+}
+
+#[test]
+fn derivatives_that_are_too_long_for_a_program_are_warned_of_by_name() {
+    let inputs = |system| Inputs::at_rest(system, Grid::uniform(1, 0.1));
+    let system = |waves| {
+        sled(1.0, |scene, x| {
+            scene.potential_energy("waves", Own(Waves(waves)), [x], []);
+            scene.cost("high", Own(Waves(waves)), Sum::Terminal, [x], [], [], []);
+        })
+    };
+    let (short, long) = (system(10), system(66_000));
+    assert_eq!(warnings(&short, &inputs(&short)), []);
+    let found = warnings(&long, &inputs(&long));
+    assert_eq!(found, [Warning::NoProgram { elements: vec!["waves".into(), "high".into()] }]);
+    println!("{}", found[0]);
+    assert!(found[0].to_string().contains("`waves`, `high`"));
+}
+
 /// ½ m (v₀² + v₁²) + c v₀ v₁, b = [m, c].
 struct Coupled;
 impl KineticEnergy<2, 2> for Coupled {
