@@ -165,10 +165,7 @@ impl fmt::Display for Error {
                 }
             ),
             Error::StartKind { expected, found } => {
-                write!(
-                    f,
-                    "this start contains {found}, but the start of the corresponding inputs contains {expected}; use the same kind of `Start`"
-                )
+                write!(f, "this start contains {found} instead of {expected}; use a `Start` with {expected}")
             }
             Error::Projection { step, time, iterations, correction } => write!(
                 f,

@@ -98,9 +98,10 @@ pub enum Error {
         /// The condition on the value.
         must_be: &'static str,
     },
-    /// The start of a direction, or of lifted inputs, is of a different kind from the start of the inputs to which they belong.
+    /// The start of a direction, or of lifted inputs, is of a different kind from the start of the inputs to which they belong, or an angular velocity
+    /// was given to a start that contains momenta.
     StartKind {
-        /// Kind of start of the inputs: velocities, augmented momenta.
+        /// Kind of start that is needed: velocities, augmented momenta.
         expected: &'static str,
         /// Kind of start that was found.
         found: &'static str,

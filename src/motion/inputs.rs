@@ -1,6 +1,6 @@
 //! Inputs of a motion: the initial state, the controls, the [`Grid`] and the design variables.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Quaternion};
 
 use super::occurrence::{Occurrence, check_events, check_open};
 use super::timed::check_timed;
@@ -61,6 +61,25 @@ impl Start {
             held.velocities.extend_from_slice(coordinates);
         }
         self
+    }
+
+    /// Sets the rates of Euler parameters, `joint.orientation`, to ė = ½ e ⊗ (0, ω): b turns relative to a with the angular velocity ω, rad/s, along the
+    /// axes of b. Set the Euler parameters e before.
+    ///
+    /// # Errors
+    /// [`Error::StartKind`] if momenta are given, since those depend on the inertias and on the motion of all bodies.
+    ///
+    /// # Panics
+    /// If the system has no such coordinates.
+    pub fn set_angular_velocity(&mut self, orientation: [Coordinate; 4], omega: [f64; 3]) -> Result<(), Error> {
+        if let Start::Momentum { .. } = self {
+            return Err(Error::StartKind { expected: "velocities", found: self.kind() });
+        }
+        let ([e0, x, y, z], [p, q, r]) = (orientation.map(|coordinate| self.q()[coordinate.index()]), omega);
+        let rates = Quaternion::new(e0, x, y, z) * Quaternion::new(0.0, p, q, r) * 0.5;
+        let rates = [rates.w, rates.i, rates.j, rates.k];
+        orientation.into_iter().zip(rates).for_each(|(coordinate, rate)| self.set_rate(coordinate, rate));
+        Ok(())
     }
 }
 

@@ -60,8 +60,7 @@ pub fn top() -> Animation {
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(200, 0.01));
     inputs.start.set_rate(free.position[0], 0.6);
     inputs.start.set_rate(free.position[2], 9.81);
-    // ω = 2 ė with e = (1, 0, 0, 0).
-    [0.15, 2.5, 0.1].into_iter().zip(&free.orientation[1..]).for_each(|(rate, e)| inputs.start.set_rate(*e, rate));
+    inputs.start.set_angular_velocity(free.orientation, [0.3, 5.0, 0.2]).expect("velocities");
     let (inputs, motion) = moved(&system, &inputs);
     Animation::new(&system, &inputs, &motion).expect("an animation")
 }

@@ -5,7 +5,7 @@ use hamiltonian_adjoint::spatial::{Body, Inertia, Marker, MarkerFunction, Marker
 use hamiltonian_adjoint::{
     Cost, CostPoint, Error, Grid, Inputs, Mechanics, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, planar,
 };
-use nalgebra::SVector;
+use nalgebra::{Matrix3, Quaternion, SVector, UnitQuaternion, Vector3};
 
 use crate::common::{assert_gradient_is_exact_with, assert_says, largest_difference};
 
@@ -49,15 +49,41 @@ fn gradients_with_markers_are_exact() -> Result<(), Error> {
     space.cost("end", Mixed, Sum::Terminal, &[tip], &[push], &[0.7.into()]);
     space.outputs("tip", Quantity::Velocity, tip, Sum::Terminal);
     scene.place(universal.angles[0], 0.3);
-    let e = [0.9, 0.3, -0.1, 0.2];
-    let size = e.iter().map(|x: &f64| x * x).sum::<f64>().sqrt();
-    for joint in [free.orientation, socket.orientation] {
-        joint.iter().zip(e).for_each(|(q, e)| scene.place(*q, e / size));
-    }
+    let rotation = UnitQuaternion::new_normalize(Quaternion::new(0.9, 0.3, -0.1, 0.2));
+    [free.orientation, socket.orientation].into_iter().for_each(|e| scene.place_rotation(e, rotation));
     let system = scene.compile()?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
     inputs.controls.iter_mut().enumerate().for_each(|(k, u)| *u = (0.3 * k as f64).sin());
     assert_gradient_is_exact_with("markers", &system, &inputs, Settings::default());
+    Ok(())
+}
+
+/// Markers whose axes are not those of their bodies, on a joint that carries another joint.
+#[test]
+fn a_rotation_and_an_angular_velocity_are_those_of_b_relative_to_a() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let mut space = scene.spatial();
+    let [hand, ball] = ["hand", "ball"].map(|name| space.body(name, Inertia::sphere(1.0, 0.1)));
+    let hinge = space.revolute("hinge", Body::GROUND.origin(), hand.origin());
+    let a = hand.at([0.1, 0.0, 0.2]).turned([0.3, 0.4, -0.5]);
+    let b = ball.at([0.0, 0.2, 0.0]).along([1.0, 2.0, -1.0]);
+    let socket = space.ball("socket", a, b);
+    let rotation = UnitQuaternion::from_scaled_axis(Vector3::new(0.3, -2.0, 1.1));
+    scene.place_rotation(socket.orientation, rotation);
+    scene.place(hinge.angle, 0.7);
+    let system = scene.compile()?;
+    let (mut inputs, omega) = (Inputs::at_rest(&system, Grid::uniform(1, 0.01)), [0.5, -1.5, 2.5]);
+    inputs.start.set_rate(hinge.angle, 0.3);
+    inputs.start.set_angular_velocity(socket.orientation, omega)?;
+    let here = Mechanics::at_start(&system, &inputs)?;
+    let (outer, inner) = (here.marker(a)?, here.marker(b)?);
+    let [of_a, of_b] = [&outer, &inner].map(|marker| Matrix3::from_columns(&marker.axes.map(Vector3::from)));
+    let relative = Vector3::from(inner.angular_velocity) - Vector3::from(outer.angular_velocity);
+    assert!((of_a.transpose() * of_b - rotation.to_rotation_matrix().matrix()).amax() < 1e-14);
+    assert!((of_b.transpose() * relative - Vector3::from(omega)).amax() < 1e-14);
+    let mut momenta = Start::Momentum { q: inputs.start.q().clone(), p_star: here.momenta() };
+    let error = momenta.set_angular_velocity(socket.orientation, omega).expect_err("momenta");
+    assert_says(&error, &["augmented momenta", "velocities"]);
     Ok(())
 }
 

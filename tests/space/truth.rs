@@ -6,7 +6,7 @@ mod trees;
 
 use hamiltonian_adjoint::spatial::{Marker, MarkerFunction, MarkerPoint, Quantity, Spatial};
 use hamiltonian_adjoint::{Coordinate, Error, Grid, Inputs, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, System};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 use serde_json::Value;
 
 use crate::common::assert_order;
@@ -84,13 +84,6 @@ fn euler(turn: &Matrix3<f64>) -> [f64; 4] {
     let e0 = 0.5 * (1.0 + turn.trace()).sqrt();
     let entry = |i: usize, j: usize| (turn[(i, j)] - turn[(j, i)]) / (4.0 * e0);
     [e0, entry(2, 1), entry(0, 2), entry(1, 0)]
-}
-
-/// ė = ½ e ∘ (0, ω) with ω in the axes of the inner frame.
-fn euler_rates([e0, x @ ..]: [f64; 4], w: Vector3<f64>) -> [f64; 4] {
-    let x = Vector3::from(x);
-    let rest = (w * e0 + x.cross(&w)) * 0.5;
-    [-0.5 * x.dot(&w), rest.x, rest.y, rest.z]
 }
 
 /// Puts coordinates and rates of a start.

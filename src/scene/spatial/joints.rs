@@ -50,7 +50,8 @@ pub struct PlanarJoint {
 /// A joint with all rotations.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
-    /// The Euler parameters e of the rotation of b relative to a, with |e| = 1.
+    /// The Euler parameters e = (cos θ/2, n sin θ/2) of the rotation of b relative to a by the angle θ about the unit vector n; e and −e are the same
+    /// rotation. Set them by [`Scene::place_rotation`], and their rates by [`Start::set_angular_velocity`](crate::Start::set_angular_velocity).
     pub orientation: [Coordinate; 4],
 }
 
@@ -59,7 +60,8 @@ pub struct Ball {
 pub struct Free {
     /// The displacement of b relative to a along the axes of a, m.
     pub position: [Coordinate; 3],
-    /// The Euler parameters e of the rotation of b relative to a, with |e| = 1.
+    /// The Euler parameters e = (cos θ/2, n sin θ/2) of the rotation of b relative to a by the angle θ about the unit vector n; e and −e are the same
+    /// rotation. Set them by [`Scene::place_rotation`], and their rates by [`Start::set_angular_velocity`](crate::Start::set_angular_velocity).
     pub orientation: [Coordinate; 4],
 }
 

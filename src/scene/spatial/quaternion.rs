@@ -1,10 +1,12 @@
 //! Orientations as quaternions.
 
+use nalgebra::UnitQuaternion;
+
 use super::elements::Arguments;
 use super::formula::{Follows, Number, cross, dot, plus, scaled, values};
-use crate::Scalar;
-use crate::model::Param;
 use crate::model::space::{Bodies, Carried, Matrix, Motion};
+use crate::model::{Coordinate, Param};
+use crate::{Scalar, Scene};
 
 /// A quaternion (e₀, x).
 pub(super) type Quaternion<S> = [S; 4];
@@ -25,6 +27,14 @@ fn product<S: Scalar>([a0, a @ ..]: Quaternion<S>, [b0, b @ ..]: Quaternion<S>) 
 /// ā b: the orientation b seen from a.
 pub(super) fn seen_from<S: Scalar>([a0, x, y, z]: Quaternion<S>, b: Quaternion<S>) -> Quaternion<S> {
     product([a0, -x, -y, -z], b)
+}
+
+impl Scene {
+    /// Sets the initial Euler parameters of a [`Ball`](super::Ball) or [`Free`](super::Free) joint, `joint.orientation`, to a rotation of b relative to a.
+    pub fn place_rotation(&mut self, orientation: [Coordinate; 4], rotation: UnitQuaternion<f64>) {
+        let e = [rotation.w, rotation.i, rotation.j, rotation.k];
+        orientation.into_iter().zip(e).for_each(|(coordinate, e)| self.place(coordinate, e));
+    }
 }
 
 impl Motion<Follows> {

@@ -5,7 +5,7 @@ use hamiltonian_adjoint::{Coordinate, Error, Grid, Inputs, Mechanics, Scalar, Sc
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde_json::Value;
 
-use super::{Case, array, at, at_rest, ends, euler, euler_rates, list, named, number, put, reference};
+use super::{Case, array, at, at_rest, ends, euler, list, named, number, put, reference};
 
 const X: [f64; 3] = [1.0, 0.0, 0.0];
 const Y: [f64; 3] = [0.0, 1.0, 0.0];
@@ -49,11 +49,12 @@ fn slider_crank(name: &str, time: f64) -> Result<Case, Error> {
         let rates = named(first, &["crank_rate", "slider_rate"]);
         let attitude = along_x(n, Vector3::z());
         let relative = Vector3::from(array::<3>(&first["rod_omega_world"])) - Vector3::x() * rates[0];
-        let (e, own) = (euler(&attitude), attitude.transpose() * relative);
+        let (e, own) = (euler(&attitude), (attitude.transpose() * relative).into());
         Box::new(move |system| {
             let mut start = at_rest(system);
             put(&mut start, &ends_of, &[turn, shift], &rates);
-            put(&mut start, &ball.orientation, &e, &euler_rates(e, own));
+            put(&mut start, &ball.orientation, &e, &[0.0; 4]);
+            start.set_angular_velocity(ball.orientation, own).expect("velocities");
             start
         })
     } else {
@@ -234,7 +235,8 @@ fn rssr(is_free: bool, tensor_follows: bool, time: f64) -> Result<Case, Error> {
         let e = euler(&(crank.transpose() * attitude));
         let relative = Vector3::from(array::<3>(&first["coupler_omega_world"])) - Vector3::z() * rates[0];
         put(&mut start, &[a, b], &angles, &rates);
-        put(&mut start, &orientation, &e, &euler_rates(e, attitude.transpose() * relative));
+        put(&mut start, &orientation, &e, &[0.0; 4]);
+        start.set_angular_velocity(orientation, (attitude.transpose() * relative).into())?;
         start
     };
     let form = if tensor_follows { "tensor_follows" } else { "tensor_fixed" };

@@ -2,9 +2,8 @@
 
 use hamiltonian_adjoint::spatial::{Body, Inertia};
 use hamiltonian_adjoint::{Error, Mechanics, Scene, Scheme};
-use nalgebra::Vector3;
 
-use super::{Case, array, at, at_rest, attitude, columns, ends, euler_rates, list, named, number, put, reference};
+use super::{Case, array, at, at_rest, attitude, columns, ends, list, named, number, put, reference};
 
 fn free_top(name: &str, time: f64) -> Case {
     let all = reference("1_free_top");
@@ -16,9 +15,8 @@ fn free_top(name: &str, time: f64) -> Case {
     attitude(&mut scene, body.origin());
     let system = scene.compile().expect("a scene");
     let mut start = at_rest(&system);
-    let (e, w) = ([1.0, 0.0, 0.0, 0.0], Vector3::from(array::<3>(&given["start"]["omega_body"])));
     put(&mut start, &joint.position, &[0.0; 3], &list(&given["start"]["velocity"]));
-    put(&mut start, &joint.orientation, &e, &euler_rates(e, w));
+    start.set_angular_velocity(joint.orientation, array(&given["start"]["omega_body"])).expect("velocities");
     let end = at(&given["values"], time);
     let truth = [columns(&end["R"]), named(end, &["omega_body", "position"])].concat();
     Case::new(&format!("1 free top, {name}"), system, start, (time, truth))
@@ -44,8 +42,7 @@ fn heavy_top(name: &str, time: f64) -> Case {
     attitude(&mut scene, body.at(centre));
     let system = scene.compile().expect("a scene");
     let mut start = at_rest(&system);
-    let e = [1.0, 0.0, 0.0, 0.0];
-    put(&mut start, &joint.orientation, &e, &euler_rates(e, Vector3::from(array::<3>(&given["omega0_body"]))));
+    start.set_angular_velocity(joint.orientation, array(&given["omega0_body"])).expect("velocities");
     let end = at(&given["values"], time);
     let truth = [columns(&end["R"]), named(end, &["omega_body", "centre"])].concat();
     Case::new(&format!("2 heavy top, {name}"), system, start, (time, truth))
