@@ -166,7 +166,8 @@ impl Spatial<'_> {
         LoadCell { force: [x, y, z], torque }
     }
 
-    /// Adds a ball joint. Its orientation has four coordinates, the Euler parameters e, and one constraint, (|e|² − 1)/2 = 0.
+    /// Adds a ball joint. Its orientation has four coordinates, the Euler parameters e, and one constraint, (|e|² − 1)/2 = 0, with the
+    /// name of the joint and `(|e| = 1)`.
     pub fn ball(&mut self, name: &str, a: Marker, b: Marker) -> Ball {
         let orientation = self.scene.coordinates(name, ["e0", "e1", "e2", "e3"]);
         self.turn_freely(name, orientation);
@@ -192,7 +193,7 @@ impl Spatial<'_> {
 
     fn turn_freely(&mut self, name: &str, e: [Coordinate; 4]) {
         self.scene.place(e[0], 1.0);
-        self.scene.constraint(name, Unit, e, []);
+        self.scene.constraint(&format!("{name} (|e| = 1)"), Unit, e, []);
     }
 
     fn following(&mut self, name: &str, coordinate: Coordinate, [factor, offset]: [Param; 2]) -> Following {
