@@ -40,6 +40,21 @@ fn arm(joints: usize) -> Result<System, Error> {
 }
 
 #[test]
+fn gravity_in_the_plane_keeps_that_along_z() -> Result<(), Error> {
+    let mut scene = Scene::new();
+    let ball = scene.spatial().body("ball", Inertia::sphere(2.0, 0.1));
+    let mut space = scene.spatial();
+    space.planar("table", Body::GROUND.origin().along([0.0, 1.0, 0.0]), ball.origin().along([0.0, 1.0, 0.0]));
+    space.gravity([1.0, 0.0, -9.81]);
+    scene.gravity(3.0, 0.5);
+    let system = scene.compile()?;
+    let here = Mechanics::new(&system, &[0.0; 3], &[0.0; 3])?;
+    let found = SVector::from(here.marker(ball.origin())?.acceleration);
+    assert!((found - SVector::from([3.0, 0.0, -9.81])).amax() < 1e-14, "{found}");
+    Ok(())
+}
+
+#[test]
 fn a_tree_of_parallel_hinges_moves_like_planar_bodies() -> Result<(), Error> {
     let mut scene = Scene::new();
     let mut space = scene.spatial();

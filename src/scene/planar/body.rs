@@ -148,8 +148,10 @@ impl Scene {
         [cos * dx + sin * dy, cos * dy - sin * dx]
     }
 
-    /// Sets the acceleration of gravity of all bodies, m/s², including those added later. The default is zero.
+    /// Sets the acceleration of gravity of all bodies along x and y, m/s², including those added later. The default is zero. The component along z, which
+    /// acts on bodies in space only, is kept ([`Spatial::gravity`](crate::spatial::Spatial::gravity)).
     pub fn gravity(&mut self, x: impl Into<Param>, y: impl Into<Param>) {
-        self.set_gravity([x.into(), y.into(), 0.0.into()]);
+        let z = self.parts.gravity[2].unwrap_or(0.0.into());
+        self.set_gravity([x.into(), y.into(), z]);
     }
 }
