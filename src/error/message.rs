@@ -49,7 +49,7 @@ impl fmt::Display for Error {
             Error::Inertia { body, moments: [a, b, c] } => write!(
                 f,
                 "the principal moments of inertia of `{body}` about its centre of mass are {a:.4e}, {b:.4e} and {c:.4e} kg m²; none may be negative, or larger \
-                 than the sum of the other two"
+                 than the sum of the other two; is the tensor about the centre of mass, with J_xy = −∫ x y dm? `Inertia::unchecked` accepts it as it is"
             ),
             Error::NoJoint { body } => write!(
                 f,

@@ -146,7 +146,10 @@ fn impossible_inertias_are_refused() -> Result<(), Error> {
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(2, 0.01));
     inputs.design[0] = 0.3;
     let error = Solver::new(&system, Settings::default()).simulate(&inputs).map(|_| ()).expect_err("an impossible tensor");
-    assert_says(&error, &["`top`", "8.5000e-2", "3.0000e-1", "sum of the other two"]);
+    assert_says(
+        &error,
+        &["`top`", "8.5000e-2", "3.0000e-1", "sum of the other two", "J_xy = −∫ x y dm", "Inertia::unchecked"],
+    );
     let mut scene = refused;
     let other = scene.spatial().body("other", Inertia::new(1.0, [0.1, 0.1, 0.1, 0.2, 0.0, 0.0]));
     scene.spatial().fixed("weld", top.origin(), other.origin());

@@ -13,7 +13,7 @@ pub struct Position {
 }
 
 /// A fault and its place.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Error {
     /// The place; line 0 if there is none.
     pub at: Position,
@@ -218,6 +218,13 @@ impl Error {
 }
 
 impl std::error::Error for Error {}
+
+/// `Debug` prints the message of `Display`, because `expect`, and a `main` that returns the error, print `Debug`.
+impl fmt::Debug for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(self, f)
+    }
+}
 
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -14,6 +14,7 @@ fn assert_says(text: &str, place: (usize, usize), words: &[&str]) {
     let error = error(text, &Options::default());
     let message = error.to_string();
     assert_eq!((error.at.line, error.at.column), place, "{message}");
+    assert_eq!(format!("{error:?}"), message);
     words.iter().for_each(|word| assert!(message.contains(word), "`{word}` is not in: {message}"));
 }
 
@@ -130,7 +131,11 @@ fn robots_that_are_no_trees() {
 #[test]
 fn values_out_of_range() {
     assert_says(&robot(r#"value="1""#, r#"value="-1""#), (3, 1), &["the mass of link 'b' is -1", "positive or zero"]);
-    assert_says(&robot(r#"value="1""#, r#"value="0""#), (3, 1), &["link 'b' has moments of inertia but no mass"]);
+    assert_says(
+        &robot(r#"value="1""#, r#"value="0""#),
+        (3, 1),
+        &["link 'b' has moments of inertia but no mass", "accept_impossible"],
+    );
     assert_says(&robot(r#"ixx="1""#, r#"ixx="3""#), (3, 1), &["link 'b' are 1.0000e0, 1.0000e0 and 3.0000e0"]);
     assert_says(&robot(r#"ixy="0""#, r#"ixy="2""#), (3, 1), &["link 'b' are -1.0000e0", "accept_impossible_inertias"]);
     assert_says(&robot(r#"xyz="0 0 1""#, r#"xyz="0 0 0""#), (6, 1), &["the axis [0.0, 0.0, 0.0] of joint 'j'"]);
