@@ -205,16 +205,19 @@ impl Spatial<'_> {
     /// Lets a joint carry the body of b.
     fn join(&mut self, name: &str, a: Marker, b: Marker, motions: Vec<Motion<Following>>) {
         self.scene.recipe.note_own(name);
-        let Some(outer) = self.fixed_at(name, a) else { return };
-        let scene = &mut *self.scene;
-        if !scene.check_marker(name, b) {
+        if !self.scene.check_marker(name, b) {
             return;
         }
+        let Body(Some(body)) = b.body() else { return self.scene.report(Error::CarriesGround { joint: name.into() }) };
+        if a.body() == b.body() {
+            return self.scene.report(Error::NoBody { element: name.into() });
+        }
+        let Some(outer) = self.fixed_at(name, a) else { return };
+        let scene = &mut *self.scene;
         let inner = match b.axes.checked_rotation(name, &|param| scene.present_value(param)) {
             Ok(inner) => inner,
             Err(error) => return scene.report(error),
         };
-        let Body(Some(body)) = b.body() else { return scene.report(Error::CarriesGround { joint: name.into() }) };
         let space = &mut scene.parts.sketch.space;
         let BodyPart { name: own, carried, .. } = &space.all[body.index];
         if carried.is_some() {
