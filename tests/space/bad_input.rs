@@ -58,7 +58,7 @@ fn axes_without_a_direction_are_refused() {
 }
 
 #[test]
-fn numbers_that_are_not_finite_are_refused() {
+fn numbers_that_are_negative_or_not_finite_are_refused() {
     let nan = f64::NAN;
     let inertias = [
         Inertia::sphere(nan, 1.0),
@@ -66,10 +66,18 @@ fn numbers_that_are_not_finite_are_refused() {
         Inertia::point(1.0).centred_at([0.0, nan, 0.0]),
         Inertia::point(-1.0),
         Inertia::point(f64::INFINITY),
+        Inertia::sphere(1.0, -0.1),
+        Inertia::cuboid(0.0, [0.1, -0.1, 0.1]),
     ];
     for inertia in inertias {
         assert_odd(inertia);
     }
+    let mut scene = Scene::new();
+    let radius = scene.design("radius", 0.1);
+    let ball = scene.spatial().body("ball", Inertia::sphere(1.0, radius - 0.2));
+    scene.spatial().ball("socket", Body::GROUND.origin(), ball.origin());
+    let error = scene.compile().map(|_| ()).expect_err("a negative radius");
+    assert_says(&error, &["radius of `ball`", "-0.1", "not negative"]);
     let error = refused(|space, rod| {
         let more = more(space);
         space.ball("socket", rod.at([nan, 0.0, 0.0]), more.origin());

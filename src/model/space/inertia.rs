@@ -13,6 +13,8 @@ pub struct Inertia {
     pub(crate) centre: Vector,
     /// J_xx, J_yy, J_zz, J_xy, J_xz, J_yz about the centre of mass, in the axes of the body.
     pub(crate) tensor: [Param; 6],
+    /// The edges of a cuboid or the radius of a sphere, which must not be negative; 0 otherwise.
+    pub(crate) lengths: Vector,
     pub(crate) is_unchecked: bool,
 }
 
@@ -25,7 +27,8 @@ impl Inertia {
     /// From the mass, kg, and the entries J_xx, J_yy, J_zz, J_xy, J_xz, J_yz of the inertia tensor about the centre of mass, kg m², in the axes of the
     /// body, with J_xy = −∫ x y dm. The centre of mass is the origin of the body's frame ([`centred_at`](Self::centred_at)).
     pub fn new(mass: impl Into<Param>, tensor: impl Components<6>) -> Self {
-        Inertia { mass: mass.into(), centre: vectors::zero(), tensor: tensor.params(), is_unchecked: false }
+        let [centre, lengths] = [vectors::zero(); 2];
+        Inertia { mass: mass.into(), centre, tensor: tensor.params(), lengths, is_unchecked: false }
     }
 
     /// From the mass, kg, and the moments of inertia about the axes of the body through the centre of mass, kg m², which are principal axes.
@@ -42,17 +45,17 @@ impl Inertia {
 
     /// A homogeneous cuboid with mass, kg, and lengths of its edges along x, y and z, m, about the origin of the body's frame.
     pub fn cuboid(mass: impl Into<Param>, edges: impl Components<3>) -> Self {
-        let mass = mass.into();
-        let [xx, yy, zz] = edges.params().map(|edge| vectors::times(edge, edge));
+        let (mass, lengths) = (mass.into(), edges.params());
+        let [xx, yy, zz] = lengths.map(|edge| vectors::times(edge, edge));
         let moment = |a, b| vectors::times(mass, vectors::plus(a, b)) * (1.0 / 12.0);
-        Inertia::principal(mass, [moment(yy, zz), moment(xx, zz), moment(xx, yy)])
+        Inertia { lengths, ..Inertia::principal(mass, [moment(yy, zz), moment(xx, zz), moment(xx, yy)]) }
     }
 
     /// A homogeneous sphere with mass, kg, and radius, m, about the origin of the body's frame.
     pub fn sphere(mass: impl Into<Param>, radius: impl Into<Param>) -> Self {
         let (mass, radius) = (mass.into(), radius.into());
         let moment = mass * radius * radius * 0.4;
-        Inertia::principal(mass, [moment; 3])
+        Inertia { lengths: [radius, 0.0.into(), 0.0.into()], ..Inertia::principal(mass, [moment; 3]) }
     }
 
     /// A body without mass.
@@ -92,7 +95,7 @@ impl Inertia {
     }
 
     pub(crate) fn params(&self) -> Vec<Param> {
-        [&[self.mass], &self.centre[..], &self.tensor].concat()
+        [&[self.mass], &self.centre[..], &self.tensor, &self.lengths].concat()
     }
 }
 

@@ -60,6 +60,9 @@ impl Spatial<'_> {
         scene.recipe.note_own(name);
         scene.check_params(name, &inertia.params());
         scene.require_nonnegative(inertia.mass, format!("the mass of `{name}`"));
+        for length in inertia.lengths.into_iter().filter(|length| length.constant() != Some(0.0)) {
+            scene.require_nonnegative(length, format!("an edge or the radius of `{name}`"));
+        }
         if !inertia.is_unchecked {
             scene.parts.tensors.push((name.into(), inertia.tensor));
         }
