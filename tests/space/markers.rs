@@ -1,11 +1,11 @@
 //! Markers: costs, forces, springs and loops.
 
 use hamiltonian_adjoint::planar::Harmonic;
-use hamiltonian_adjoint::spatial::{Body, Inertia, Marker, MarkerFunction, MarkerPoint, Quantity, Revolute};
+use hamiltonian_adjoint::spatial::{Body, Inertia, Marker, MarkerFunction, MarkerPoint, Quantity, Revolute, Spatial};
 use hamiltonian_adjoint::{
-    Cost, CostPoint, Error, Grid, Inputs, Mechanics, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, planar,
+    Cost, CostPoint, Error, Grid, Inputs, Mechanics, Multiplier, Scalar, Scene, Scheme, Settings, Solver, Start, Sum, planar,
 };
-use nalgebra::{Matrix3, Quaternion, SVector, UnitQuaternion, Vector3};
+use nalgebra::{Matrix3, Quaternion, Rotation3, SVector, UnitQuaternion, Vector3};
 
 use crate::common::{assert_gradient_is_exact_with, assert_says, largest_difference};
 
@@ -211,6 +211,50 @@ fn a_load_cell_measures_force_and_torque() -> Result<(), Error> {
         assert!((torque - expected).abs() < 1e-12, "torque {i}: {torque} for {expected}");
     }
     Ok(())
+}
+
+/// The reactions λ of a part between the ground and a free box at rest.
+fn reactions<const M: usize>(gravity: [f64; 3], hold: impl FnOnce(&mut Spatial, Body) -> [Multiplier; M]) -> [f64; M] {
+    let mut scene = Scene::new();
+    let mut space = scene.spatial();
+    space.gravity(gravity);
+    let inertia = Inertia::new(0.7, [0.02, 0.03, 0.015, 0.001, -0.002, 0.0015]).centred_at([0.1, -0.2, 0.3]);
+    let body = space.body("box", inertia);
+    space.free("flight", Body::GROUND.origin(), body.origin());
+    let multipliers = hold(&mut space, body);
+    let system = scene.compile().expect("a scene");
+    let here = Mechanics::new(&system, system.initial_coordinates().as_slice(), &[0.0; 7]).expect("a state");
+    let lambda = here.accelerations().expect("accelerations").1;
+    multipliers.map(|multiplier| lambda[multiplier.index()])
+}
+
+#[test]
+fn reactions_of_loops_act_on_b_and_back_on_a() {
+    let (gravity, centre, at) = (Vector3::new(3.0, -2.0, -9.0), Vector3::new(0.1, -0.2, 0.3), [0.4, 0.1, -0.2]);
+    let (weight, turn) = (gravity * 0.7, [0.3, 0.4, -0.5]);
+    let axes = Rotation3::from_euler_angles(turn[0], turn[1], turn[2]);
+    let marker = |body: Body, at: [f64; 3]| body.at(at).turned(turn);
+    let assert_near = |found: Vector3<f64>, expected: Vector3<f64>| {
+        assert!((found - expected).amax() < 1e-13, "{found} for {expected}");
+    };
+    let pin = reactions(gravity.into(), |space, body| {
+        space.close_ball("pin", marker(Body::GROUND, centre.into()), marker(body, centre.into()))
+    });
+    assert_near(axes * -Vector3::from(pin), -weight);
+    let [x, y, z, first, second, third] =
+        reactions(gravity.into(), |space, body| space.close_fixed("weld", marker(Body::GROUND, at), marker(body, at)));
+    assert_near(axes * -Vector3::new(x, y, z), -weight);
+    assert_near(axes * Vector3::new(second, -first, third), -(centre - Vector3::from(at)).cross(&weight));
+    let (middle, down): ([f64; 3], [f64; 3]) = (centre.into(), gravity.normalize().into());
+    let along = |body: Body| body.at(middle).along(down);
+    let [plane] = reactions(gravity.into(), |space, body| space.point_on_plane("plane", along(Body::GROUND), along(body)));
+    assert_near(Vector3::from(down) * -plane, -weight);
+    let hook = Body::GROUND.at([0, 1, 2].map(|i| middle[i] - 0.5 * down[i]));
+    let [tension] = reactions(gravity.into(), |space, body| space.distance("rod", hook, along(body), 0.5));
+    assert_near(Vector3::from(down) * -tension, -weight);
+    let across = |body: Body| body.at(middle).along_and_toward([2.0, 3.0, 0.0], down);
+    let line = reactions(gravity.into(), |space, body| space.point_on_line("line", across(Body::GROUND), across(body)));
+    assert_near(Vector3::new(-line[0], -line[1], 0.0), Vector3::new(-weight.norm(), 0.0, 0.0));
 }
 
 /// A slewing crane with a load on a rope, its slewing joint, and the ends of a ram on its post and on its boom.

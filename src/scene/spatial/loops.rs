@@ -65,13 +65,15 @@ impl<F: Motion<P>, const P: usize> ListConstraint for Apart<F, P> {
 }
 
 impl Spatial<'_> {
-    /// Lets two markers coincide as by a ball joint: three equations, along the axes of a.
+    /// Lets two markers coincide as by a ball joint: three equations, along the axes of a. The reactions λ (N) act on b as the force
+    /// −(λ₁ x_a + λ₂ y_a + λ₃ z_a), and on a as the opposite one.
     pub fn close_ball(&mut self, name: &str, a: Marker, b: Marker) -> [Multiplier; 3] {
         self.connect(name, [a, b], ConnectionKind::Ball);
         self.close(name, a, b, [Rows::Point])
     }
 
-    /// Lets the z axes of two markers be parallel: two equations.
+    /// Lets the z axes of two markers be parallel: two equations, x_a·z_b = y_a·z_b = 0. The reactions λ (N m) act on b as the torque λ₂ x_a − λ₁ y_a, and
+    /// on a as the opposite one.
     pub fn close_parallel(&mut self, name: &str, a: Marker, b: Marker) -> [Multiplier; 2] {
         self.close(name, a, b, [Rows::Axis])
     }
@@ -83,32 +85,36 @@ impl Spatial<'_> {
         self.close(name, a, b, [Rows::Point, Rows::Axis])
     }
 
-    /// Closes a loop by a slider along and about the common z axis: four equations.
+    /// Closes a loop by a slider along and about the common z axis: four equations, those of [`point_on_line`](Self::point_on_line) and
+    /// [`close_parallel`](Self::close_parallel).
     pub fn close_cylindrical(&mut self, name: &str, a: Marker, b: Marker) -> [Multiplier; 4] {
         self.close(name, a, b, [Rows::Line, Rows::Axis])
     }
 
-    /// Closes a loop by a slider along the common z axis: five equations.
+    /// Closes a loop by a slider along the common z axis: five equations, those of [`close_cylindrical`](Self::close_cylindrical) and x_a·y_b = 0, whose
+    /// reaction λ₅ (N m) acts on b as the torque λ₅ z_a, and on a as the opposite one.
     pub fn close_prismatic(&mut self, name: &str, a: Marker, b: Marker) -> [Multiplier; 5] {
         self.close(name, a, b, [Rows::Line, Rows::Axis, Rows::Turn])
     }
 
-    /// Closes a loop by a weld: six equations.
+    /// Closes a loop by a weld: six equations, those of [`close_revolute`](Self::close_revolute) and x_a·y_b = 0, whose reaction λ₆ (N m) acts on b as the
+    /// torque λ₆ z_a, and on a as the opposite one.
     pub fn close_fixed(&mut self, name: &str, a: Marker, b: Marker) -> [Multiplier; 6] {
         self.close(name, a, b, [Rows::Point, Rows::Axis, Rows::Turn])
     }
 
-    /// Keeps b in the x–y plane of a: one equation.
+    /// Keeps b in the x–y plane of a: one equation. The reaction λ (N) acts at b, on its body as the force −λ z_a and on that of a as the opposite one.
     pub fn point_on_plane(&mut self, name: &str, a: Marker, b: Marker) -> [Multiplier; 1] {
         self.close(name, a, b, [Rows::Plane])
     }
 
-    /// Keeps b on the z axis of a: two equations.
+    /// Keeps b on the z axis of a: two equations. The reactions λ (N) act at b, on its body as the force −(λ₁ x_a + λ₂ y_a) and on that of a as the
+    /// opposite one.
     pub fn point_on_line(&mut self, name: &str, a: Marker, b: Marker) -> [Multiplier; 2] {
         self.close(name, a, b, [Rows::Line])
     }
 
-    /// Keeps two markers at a distance, m: one equation, as of a massless rod.
+    /// Keeps two markers at a distance, m: one equation, as of a massless rod. The reaction λ (N) is the tension of the rod.
     pub fn distance(&mut self, name: &str, a: Marker, b: Marker, length: impl Into<Param>) -> [Multiplier; 1] {
         let length = length.into();
         self.scene.require_positive(length, format!("the length of `{name}`"));
