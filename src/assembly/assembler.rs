@@ -52,7 +52,7 @@ impl Assembler<'_> {
         let tangent = Tangent::new(self, Which::Velocities, [&points[0], &points[1]], &indices(&held.velocities), &[])?;
         let mut velocity = Unknowns::new(v, &zeros.sigma);
         let from = self.l_v(&points[1]);
-        self.correct(&tangent, Equations::Velocities(&q0, v), &mut velocity, given, |this, at, left| {
+        self.correct(&tangent, Equations::Velocities(&q0, v, q), &mut velocity, given, |this, at, left| {
             this.residual((Which::Velocities, &from), &given.at(&q0, &at.x, &at.multipliers), left);
         })?;
         self.see_that_it_is_free(&tangent, (&q0, &velocity.x), given)?;
@@ -97,7 +97,7 @@ impl Assembler<'_> {
         // Held velocities are those of the guess, including derivatives.
         assembly.held(Which::Velocities).iter().for_each(|&i| velocity.x[i] = v[i]);
         let tangent = self.tangent(assembly, Which::Velocities, (&near, &zeros), real)?;
-        let equations = Equations::Velocities(&q0, v);
+        let equations = Equations::Velocities(&q0, v, q);
         self.correct(&tangent, equations, &mut velocity, given, |_, at, left| equations.residual(system, at, given, left))?;
         Ok(Start::Velocity { q: DVector::from_vec(q0), v: DVector::from_vec(velocity.x) })
     }

@@ -35,8 +35,8 @@ impl<R: Real> Unknowns<R> {
 pub(super) enum Equations<'a, R> {
     /// For w, with the guess q̂.
     Coordinates(&'a [R]),
-    /// For v₀, with q₀ and the guess v̂.
-    Velocities(&'a [R], &'a [R]),
+    /// For v₀, with q₀ and the guesses v̂ and q̂.
+    Velocities(&'a [R], &'a [R], &'a [R]),
 }
 
 impl<R: Real> Equations<'_, R> {
@@ -47,7 +47,8 @@ impl<R: Real> Equations<'_, R> {
         }
         let (first, second) = match self {
             Equations::Coordinates(guess) => (guess, guess),
-            Equations::Velocities(q, guess) => (guess, if k == 0 { guess } else { q }),
+            // q₀ may not change with q̂.
+            Equations::Velocities(_, guess, of_q) => (guess, if k == 0 { guess } else { of_q }),
         };
         let design = if k == 0 { &[][..] } else { given.design };
         first.iter().chain(second).chain(design).fold(0.0, |size, x| larger(size, x.part(k).abs()))
@@ -60,7 +61,7 @@ impl<R: Real> Equations<'_, R> {
         let mut sums = Sums::new(x.len(), multipliers.len());
         let (q, from) = match self {
             Equations::Coordinates(guess) => (sum(guess, x), &zeros[0][..]),
-            Equations::Velocities(q, guess) => (q.to_vec(), guess),
+            Equations::Velocities(q, guess, _) => (q.to_vec(), guess),
         };
         system.plain_sums(&given.at(&q, from, &zeros[1]), &mut sums);
         left.x.iter_mut().zip(sums.l_v()).for_each(|(left, l_v)| *left = -*l_v);
