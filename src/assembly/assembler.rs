@@ -9,7 +9,7 @@ use nalgebra::DVector;
 
 use crate::node::Linearisation;
 use crate::number::{Real, larger, largest};
-use crate::redundancy::Scaled;
+use crate::redundancy::{SUSPICIOUS, Scaled};
 use crate::system::{Given, KnownPart, NodeView, Pair};
 use crate::{Error, Start, System, redundancy};
 
@@ -20,8 +20,6 @@ pub(super) const LEAST_CORRECTIONS_OF_START: usize = 3;
 pub(super) const ROUNDING: f64 = 1e-15;
 /// Corrections below this are rounding for any size, because their terms begin to underflow.
 pub(super) const UNDERFLOW: f64 = f64::MIN_POSITIVE / f64::EPSILON;
-/// If the ratio of a pivot to its terms is below this, constraints may depend on each other.
-pub(super) const SUSPICIOUS: f64 = 1e-10;
 
 /// System, factors and tolerance for the assembly of a start.
 pub(crate) struct Assembler<'a> {
@@ -203,11 +201,18 @@ pub(crate) fn factor_state(
     let mut own = Report { worst_pivot: 1.0, ..Report::default() };
     linearisation.evaluation.set_compliance(compliance);
     let mut factored = linearisation.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
-    if closed(compliance).next().is_none() && (factored.is_err() || own.worst_pivot < SUSPICIOUS) {
+    if closed(compliance).next().is_none() && (factored.is_err() || own.worst_pivot < SUSPICIOUS || system.has_still_loops())
+    {
         let open: Vec<usize> = open(compliance).collect();
-        let compliances = with_open(&redundancy::compliances(linearisation, system, at), &open);
-        linearisation.evaluation.set_compliance(&compliances);
-        factored = linearisation.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
+        let all = with_open(&redundancy::compliances(linearisation, system, at), &open);
+        let mut factor = |compliances: &Compliances| {
+            own.worst_pivot = 1.0;
+            linearisation.evaluation.set_compliance(compliances);
+            factored = linearisation.factor_at(system, &from, given, (at.v, at.sigma), &mut own);
+            factored.is_ok() && own.worst_pivot >= SUSPICIOUS
+        };
+        let compliances = redundancy::sufficient(all, (system, at), &mut factor);
+        factor(&compliances);
     }
     report.factorisations += own.factorisations;
     factored.map(|()| own.worst_pivot).map_err(|breakdown| {

@@ -5,12 +5,9 @@ use crate::error::quoted;
 use crate::forward::ForwardSweep;
 use crate::motion::{column, column_mut};
 use crate::number::all_finite;
-use crate::redundancy::{Scaled, can_be_met, is_singular};
+use crate::redundancy::{SUSPICIOUS, Scaled, can_be_met, is_singular};
 use crate::system::{NodeView, Pair};
 use crate::{Error, Settings, Start, System, Warning, redundancy};
-
-/// If a pivot ratio is below this, Φ_q and M are examined in full.
-const SUSPICIOUS: f64 = 1e-10;
 
 /// Solves node 0: with h = 0 the equations of a step are Eq. (1a) and (1c).
 pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Settings) -> Result<(), Error> {
@@ -136,7 +133,7 @@ fn check_regular(forward: &mut ForwardSweep, system: &System, q: &[f64]) -> Resu
         return Ok(());
     }
     let result = forward.dependent(system).factor_start();
-    if result.is_ok() && forward.monitor.report.worst_pivot > SUSPICIOUS {
+    if result.is_ok() && forward.monitor.report.worst_pivot > SUSPICIOUS && !system.has_still_loops() {
         return Ok(());
     }
     let time = forward.motion.trajectory.times[0];

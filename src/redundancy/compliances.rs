@@ -13,14 +13,17 @@
 //! `redundancy/selection.rs`. Scenes with independent constraints have no compliances.
 
 use crate::model::space::Motion;
-use crate::motion::{Compliances, closed};
+use crate::motion::{Compliances, OPEN, closed};
 use crate::node::Linearisation;
+use crate::number::larger;
 use crate::redundancy::rank;
 use crate::system::{Covector, ElementKind, Entry, NodeView, Pair, StateRows};
 use crate::{Error, System, Warning};
 
 /// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below the accuracy required of a motion.
 pub(crate) const COMPLIANCE: f64 = 1e-11;
+/// If the ratio of a pivot to its terms is below this, constraints may depend on each other.
+pub(crate) const SUSPICIOUS: f64 = 1e-10;
 /// Constraints are dependent if their softest combination is about as soft as its compliance.
 const SOFT: f64 = 0.1;
 /// Largest gap of a compliance relative to the largest velocity; a larger one means that constraints contradict each other.
@@ -38,6 +41,18 @@ pub(crate) struct Relaxed {
 
 pub(crate) fn of_loops(system: &System, flexibility: &[f64]) -> Vec<(usize, f64)> {
     system.loop_equations().iter().map(|&j| (j, COMPLIANCE * flexibility[j])).collect()
+}
+
+/// The compliances of the equations whose row of Φ_q is zero if K(0) `is_regular` with them, otherwise all.
+pub(crate) fn sufficient(
+    all: Vec<(usize, f64)>,
+    (system, at): (&System, &NodeView<f64>),
+    mut is_regular: impl FnMut(&Compliances) -> bool,
+) -> Vec<(usize, f64)> {
+    let mut is_still = vec![true; system.m()];
+    system.phi_q(at).iter().for_each(|e| is_still[e.row] &= e.value == 0.0);
+    let few: Vec<(usize, f64)> = all.iter().copied().filter(|&(j, mu)| mu >= OPEN || is_still[j]).collect();
+    if closed(&few).next().is_some() && is_regular(&few) { few } else { all }
 }
 
 /// √(Φ_q M⁻¹ Φ_qᵀ)_jj of an equation with this compliance: the largest change of it by a velocity of size one in units of the masses.
@@ -85,12 +100,20 @@ pub(crate) fn apparent_masses(linearisation: &Linearisation, system: &System, at
     apparent
 }
 
-/// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations, with these masses.
+/// (Φ_q diag(M)⁻¹ Φ_qᵀ)_jj of all equations, with these masses. An equation whose row is zero has the largest of the others, or else 1 over the smallest
+/// mass, so that its compliance is far above its rounding.
 pub(crate) fn flexibilities(system: &System, at: &NodeView<f64>, masses: &[f64]) -> Vec<f64> {
-    let mut sums = vec![0.0; system.m()];
-    for entry in system.phi_q(at).iter().filter(|entry| masses[entry.col] > 0.0) {
-        sums[entry.row] += entry.value * entry.value / masses[entry.col];
+    let (mut sums, mut is_still) = (vec![0.0; system.m()], vec![true; system.m()]);
+    for entry in system.phi_q(at).iter().filter(|entry| entry.value != 0.0) {
+        is_still[entry.row] = false;
+        if masses[entry.col] > 0.0 {
+            sums[entry.row] += entry.value * entry.value / masses[entry.col];
+        }
     }
+    let by_masses = || masses.iter().filter(|mass| **mass > 0.0).map(|mass| mass.recip()).fold(0.0, larger);
+    let most = sums.iter().copied().fold(0.0, larger);
+    let most = if most > 0.0 { most } else { by_masses() };
+    sums.iter_mut().zip(is_still).filter(|(_, is_still)| *is_still).for_each(|(sum, _)| *sum = most);
     sums
 }
 

@@ -10,6 +10,6 @@ mod relax;
 mod selection;
 
 pub(crate) use closeness::UNDETERMINED;
-pub(crate) use compliances::{COMPLIANCE, apparent_masses, compliances, flexibilities, masses};
+pub(crate) use compliances::{COMPLIANCE, SUSPICIOUS, apparent_masses, compliances, flexibilities, masses, sufficient};
 pub(crate) use dependent::{Dependence, Dependent, Losses};
 pub(crate) use rank::{RANK, Scaled, can_be_met, is_singular, mass_matrix, near_singular, null_space};

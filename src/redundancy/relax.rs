@@ -2,7 +2,7 @@
 //! that they cause.
 
 use super::breaking::designs;
-use super::compliances::{Relaxed, apparent_masses, flexibilities, of_loops, softest};
+use super::compliances::{Relaxed, SUSPICIOUS, apparent_masses, flexibilities, of_loops, softest, sufficient};
 use super::dependent::Dependent;
 use super::rank::Scaled;
 use super::selection::names;
@@ -27,10 +27,15 @@ impl Dependent<'_> {
         let masses = apparent_masses(self.linearisation, system, at);
         let flexibility = flexibilities(system, at, &masses);
         let open: Vec<usize> = self.motion.open_from(0).collect();
-        let shared = with_open(&of_loops(system, &flexibility), &open);
-        if shared.is_empty() {
+        let all = with_open(&of_loops(system, &flexibility), &open);
+        if all.is_empty() {
             return false;
         }
+        let shared = sufficient(all, (system, at), |compliances| {
+            self.report.worst_pivot = 1.0;
+            self.linearisation.evaluation.set_compliance(compliances);
+            self.factor_start().is_ok() && self.report.worst_pivot > SUSPICIOUS
+        });
         self.linearisation.evaluation.set_compliance(&shared);
         let roots: Vec<f64> = flexibility.iter().map(|s| s.sqrt()).collect();
         let soft = self.factor_start().ok().and_then(|()| softest(self.linearisation, system, &roots));

@@ -8,6 +8,7 @@ use nalgebra::DVector;
 use super::compile::{Names, Parameters, Required};
 use super::cost::{Costs, Terms};
 use super::formula::{Batches, Entry, Layout, NodeView, PlacedElement, Positions};
+use super::rounding_rows::clear_rounding_rows;
 use super::tangent::{Formulas, Sines};
 use crate::Error;
 use crate::linear::{Breakdown, Symbolic};
@@ -33,6 +34,7 @@ pub struct System {
     pub(super) positions: Positions,
     pub(super) sines: Sines,
     pub(super) loop_equations: Vec<usize>,
+    pub(super) has_still_loops: bool,
     pub(super) switches: Vec<Switch>,
     pub(super) gaps: Vec<Gap>,
     pub(super) sides: Vec<(usize, f64)>,
@@ -249,10 +251,16 @@ impl System {
         &self.loop_equations
     }
 
-    /// The entries of Φ_q.
+    /// True if no velocity changes some equation that closes a loop, at the initial coordinates and elsewhere.
+    pub(crate) fn has_still_loops(&self) -> bool {
+        self.has_still_loops
+    }
+
+    /// The entries of Φ_q; those of rows that vanish up to rounding are zero.
     pub(crate) fn phi_q(&self, at: &NodeView<f64>) -> Vec<Entry> {
         let mut entries = Vec::new();
         self.placed().for_each(|item| item.phi_q(at, &mut entries));
+        clear_rounding_rows(&mut entries, (self.n, self.m));
         entries
     }
 

@@ -8,6 +8,7 @@ mod formula;
 mod kinks;
 mod plain;
 mod report;
+mod rounding_rows;
 mod switches;
 mod tangent;
 mod uncoupled;

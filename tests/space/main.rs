@@ -9,6 +9,7 @@ mod cuts;
 #[path = "../scenes/hinges.rs"]
 mod hinges;
 mod markers;
+mod planar_loops;
 mod random;
 mod trees;
 mod truth;

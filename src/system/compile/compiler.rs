@@ -54,7 +54,7 @@ impl System {
         let gaps = scene.gaps.into_iter().filter(is_watched).collect();
         let may_open: Vec<usize> = scene.switches.iter().map(|switch| switch.equation).collect();
         let analysis = structure::analyse((&elements, &batches), (&blocks, &may_open), (n, m), &at);
-        let structure::Analysis { symbolic, sines, loop_equations } = analysis;
+        let structure::Analysis { symbolic, sines, loop_equations, has_still_loops } = analysis;
         let formulas = Formulas::new(elements, Layout { n, m, k, p: values.len() }, &symbolic);
         // The entries of K are numbered by `u32`.
         let entries = symbolic.values_len();
@@ -77,6 +77,7 @@ impl System {
             positions,
             sines,
             loop_equations,
+            has_still_loops,
             switches: scene.switches,
             gaps,
             sides: scene.sides,

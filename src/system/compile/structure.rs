@@ -38,6 +38,8 @@ pub(in crate::system) struct Analysis {
     pub(in crate::system) sines: Sines,
     /// The constraint equations that close loops; only these can depend on other equations, or open.
     pub(in crate::system) loop_equations: Vec<usize>,
+    /// True if Φ_q has a zero row of a loop at both points.
+    pub(in crate::system) has_still_loops: bool,
 }
 
 /// Analyses K at the initial position of a scene.
@@ -52,7 +54,7 @@ pub(in crate::system) fn analyse(
     constants(elements, at.design, &mut values);
     let moved: Vec<f64> = (1..).zip(at.q).map(|(i, q)| q + 0.3 + 0.4 * f64::from(i).sin()).collect();
     let points = [*at, NodeView { q: &moved, ..*at }];
-    let phi_q = points.map(|at| groups::jacobian(batches, m, &at));
+    let phi_q = points.map(|at| groups::jacobian(batches, (n, m), &at));
     let mut inertia = vec![0.0; n];
     mass(batches, at).iter().filter(|e| e.row == e.col).for_each(|e| inertia[e.row] += e.value);
     // A coordinate without inertia has no pivot before other unknowns are eliminated, so it is not condensed. Its diagonal entry says that it is no
@@ -73,7 +75,9 @@ pub(in crate::system) fn analyse(
     let slot = |row, col| symbolic.slot(row, col).unwrap_or_default();
     let position = |unknown| symbolic.position(unknown);
     let sines = Sines::new(values.waves, &Places { n, position, slot });
-    Analysis { symbolic, sines, loop_equations }
+    let is_still = |j: &usize| phi_q.iter().all(|phi_q| phi_q[*j].iter().all(|e| e.value == 0.0));
+    let has_still_loops = loop_equations.iter().any(is_still);
+    Analysis { symbolic, sines, loop_equations, has_still_loops }
 }
 
 /// The entries of M; NaN for elements that are not defined.
