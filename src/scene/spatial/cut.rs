@@ -35,7 +35,8 @@ impl Spatial<'_> {
     ///
     /// Half of the body, with the name of the cut, stays where it is. The other half moves freely, with seven coordinates and |e| = 1, and a weld of six
     /// equations holds both halves together. The motion does not change. Joints and other parts that are attached to the body afterwards belong to the
-    /// second half. Cut chains of more than about 50 joints at every sixth body; the time to compile is less from about 40 joints.
+    /// second half. The body needs mass and moments of inertia. Cut chains of more than about 50 joints at every sixth body; the time to compile is less
+    /// from about 40 joints.
     ///
     /// [`System::initial_coordinates`](crate::System::initial_coordinates) contains coordinates of the second half that fit those of the joints. For
     /// another start give a guess, and [hold](crate::Start::hold) the coordinates of the joints in [`Start::assembled`](crate::Start::assembled).
