@@ -66,7 +66,7 @@ impl Sketch {
     }
 }
 
-/// What a control drives.
+/// The displacement along which a control acts: of a known kind, or a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Drives {
     Displacement(Unit),

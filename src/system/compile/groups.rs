@@ -223,7 +223,7 @@ fn can_own(
     has_rank(matrix, 1e-6)
 }
 
-/// Whether all pivots of a matrix with more columns than rows are above a bound. Singular values are not used because their iteration may not terminate.
+/// True if all pivots of a matrix that has at least as many columns as rows exceed `least`. Singular values are not used because their iteration may not terminate.
 fn has_rank(matrix: DMatrix<f64>, least: f64) -> bool {
     let rows = matrix.nrows();
     let pivots = matrix.full_piv_lu().u();
