@@ -2,7 +2,7 @@
 
 use super::link::Link;
 use super::lu::Cancelled;
-use super::node::Node;
+use super::node::{Node, Shape};
 use super::node_kernel::{NodeKernel, State};
 use super::size::{Fixed, Free};
 use crate::number::larger;
@@ -61,9 +61,11 @@ impl<K: NodeKernel> Kernel for K {
     }
 }
 
-/// The kernels for nodes of `size` unknowns. With `linked`, each node is coupled to at most one later node, which has the same size.
-pub(super) fn kernel(size: usize, linked: bool) -> &'static dyn Kernel {
-    match size {
+/// The kernel for a node.
+pub(super) fn kernel(node: &Node) -> &'static dyn Kernel {
+    let linked = node.shape != Shape::Any;
+    match node.size {
+        _ if node.chosen > 0 => &PhantomData::<Free>,
         1 if linked => &Link::<1>,
         2 if linked => &Link::<2>,
         3 if linked => &Link::<3>,

@@ -5,7 +5,8 @@
 //!
 //! The pivot of a coordinate without inertia is of order h². It lost no digits, but it buries those of the constraints that determine the coordinate.
 //! Nodes of fixed size are factorised in order first. If a pivot loses digits or buries those of others, they are factorised again with interchanges.
-//! Nodes in which such a pivot leaves no trace choose the best row for every column.
+//! Nodes in which such a pivot leaves no trace choose the best row for every column. Their multipliers come first if these constraints cannot depend on
+//! each other; then the best rows are chosen for them alone.
 //!
 //! D (s×s) is stored by columns and is overwritten by L (unit diagonal not stored) and U, with the
 //! reciprocals of the pivots in place of the diagonal of U. All functions are inlined, so that a
@@ -31,10 +32,11 @@ pub(super) const IN_ORDER: usize = usize::MAX;
 pub(super) enum Interchanges {
     /// The first loss of digits is an error.
     Never,
-    /// If a pivot loses digits or buries those of others.
-    IfNeeded,
-    /// In every column whose best pivot is in another row.
-    Always,
+    /// If a pivot loses digits or buries those of others, and in the first columns whenever the best pivot is in another row.
+    IfNeeded {
+        /// Number of these first columns.
+        first: usize,
+    },
 }
 
 /// A pivot that cancelled: its column in the node, its value and the sum of the magnitudes of its terms.
@@ -101,13 +103,14 @@ fn step<N: Size, K: Size>(n: N, k: K, rows: &mut Rows<'_>, worst: &mut f64) -> R
     rows.swaps[k] = k;
     // False for a NaN.
     let keeps_digits = scale < MOST_LOSS * pivot.abs();
-    let may_interchange = rows.interchanges != Interchanges::Never;
-    if !may_interchange && (!keeps_digits || is_buried(added, scale - pivot.abs())) {
-        return Err(Cancelled { column: k, pivot, scale });
-    }
-    let always = rows.interchanges == Interchanges::Always;
-    if may_interchange && (always || !keeps_digits || buries(s, k, rows)) {
-        let row = choose_row(s, k, rows);
+    let is_first = match rows.interchanges {
+        Interchanges::IfNeeded { first } => k < first,
+        Interchanges::Never if keeps_digits && !is_buried(added, scale - pivot.abs()) => false,
+        Interchanges::Never => return Err(Cancelled { column: k, pivot, scale }),
+    };
+    if rows.interchanges != Interchanges::Never && (is_first || !keeps_digits || buries(s, k, rows)) {
+        // A multiplier and a coordinate without inertia, which determine each other, have equal measures.
+        let row = choose_row(s, k, rows, if is_first { 0.5 } else { 1.0 });
         if row != k {
             let added = added_by_others([row, k], rows);
             swap_rows(s, rows.d, k, row);
@@ -174,8 +177,10 @@ pub(super) fn is_buried(before: f64, added: f64) -> bool {
 fn buries(s: usize, k: usize, rows: &Rows<'_>) -> bool {
     let (d, pivot) = (&rows.d, rows.d[k * s + k].abs());
     (k + 1..s).any(|i| {
-        let added = if rows.mixed.is_empty() { rows.scale[i] } else { added_by_others([i, i], rows) };
-        is_buried(pivot * (d[i * s + i].abs() + added), (d[k * s + i] * d[i * s + k]).abs())
+        let (own, subtracted) = (d[i * s + i].abs(), (d[k * s + i] * d[i * s + k]).abs());
+        // What others added counts seldom.
+        let added = || if rows.mixed.is_empty() { rows.scale[i] } else { added_by_others([i, i], rows) };
+        subtracted > MOST_LOSS * pivot * own && is_buried(pivot * (own + added()), subtracted)
     })
 }
 
@@ -183,10 +188,11 @@ fn buries(s: usize, k: usize, rows: &Rows<'_>) -> bool {
 ///
 /// An equation has the unit J divided by that of its unknown; m_j, the magnitudes added up in the diagonal entry of unknown j, has J divided by its
 /// square. So |d_ik|/√m_j, where row i contains the equation of unknown j, has the same unit for all rows. If nothing was added up so far, as for a
-/// constraint before its velocities are eliminated, m_j is replaced by the amount that eliminating them would add.
+/// constraint before its velocities are eliminated, m_j is replaced by the amount that eliminating them would add. Row k counts with a `share` of its
+/// measure.
 #[cold]
 #[inline(never)]
-fn choose_row(s: usize, k: usize, rows: &Rows<'_>) -> usize {
+fn choose_row(s: usize, k: usize, rows: &Rows<'_>, share: f64) -> usize {
     // The quality of row i, or a value below `least` if it is not larger.
     let quality = |i: usize, least: f64| {
         let entry = rows.d[k * s + i];
@@ -200,9 +206,7 @@ fn choose_row(s: usize, k: usize, rows: &Rows<'_>) -> usize {
         };
         coupled(entry, size)
     };
-    // If nothing but the pivot itself was added up, as for a multiplier beside a coordinate without inertia, the qualities are equal.
-    let least = if rows.interchanges == Interchanges::Always { 0.5 } else { 1.0 };
-    let first = (k, least * quality(k, 0.0));
+    let first = (k, share * quality(k, 0.0));
     let others = (k + 1..s).filter(|i| rows.d[k * s + i] != 0.0);
     others.fold(first, |best, i| Some((i, quality(i, best.1))).filter(|other| other.1 > best.1).unwrap_or(best)).0
 }

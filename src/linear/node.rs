@@ -21,8 +21,8 @@ pub(super) struct Node {
     /// Pairs of later neighbours.
     pub(super) pairs: Vec<Pair>,
     pub(super) shape: Shape,
-    /// True if the best pivot of every column is chosen.
-    pub(super) chooses_pivots: bool,
+    /// Number of the first unknowns for which the best rows are chosen.
+    pub(super) chosen: usize,
 }
 
 /// The way in which a node couples to later ones.

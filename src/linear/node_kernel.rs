@@ -6,7 +6,7 @@
 use super::lu::{self, Cancelled, Interchanges};
 use super::node::{Later, Node, Pair};
 use super::products::{minus_dot, subtract, subtract_products};
-use super::size::{Free, Size};
+use super::size::Size;
 use std::fmt::Debug;
 use std::marker::PhantomData;
 use std::ops::Range;
@@ -71,7 +71,7 @@ fn eliminate<N: Size>(node: &Node, state: &mut State<'_>, interchanges: Intercha
 #[cold]
 #[inline(never)]
 pub(super) fn eliminate_with_interchanges<N: Size>(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
-    eliminate::<N>(node, state, Interchanges::IfNeeded)
+    eliminate::<N>(node, state, Interchanges::IfNeeded { first: node.chosen })
 }
 
 impl<N: Size> NodeKernel for PhantomData<N> {
@@ -80,7 +80,7 @@ impl<N: Size> NodeKernel for PhantomData<N> {
             true => {
                 eliminate::<N>(node, state, Interchanges::Never).or_else(|_| eliminate_with_interchanges::<N>(node, state))
             }
-            false => eliminate::<N>(node, state, Interchanges::IfNeeded),
+            false => eliminate::<N>(node, state, Interchanges::IfNeeded { first: node.chosen }),
         }
     }
 
@@ -124,32 +124,6 @@ impl<N: Size> NodeKernel for PhantomData<N> {
             lu::solve_lower_transposed(n, d, own);
         });
         lu::permute_back(&swaps[node.first..][..n.get()], own);
-    }
-}
-
-/// The kernel for nodes of any size in which coordinates have neither inertia nor, before their constraints, any other pivot.
-#[derive(Debug)]
-pub(super) struct BestRows;
-
-impl NodeKernel for BestRows {
-    fn eliminate(node: &Node, state: &mut State<'_>) -> Result<f64, Cancelled> {
-        eliminate::<Free>(node, state, Interchanges::Always)
-    }
-
-    fn forward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
-        PhantomData::<Free>::forward(node, values, swaps, x);
-    }
-
-    fn backward(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
-        PhantomData::<Free>::backward(node, values, swaps, x);
-    }
-
-    fn forward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
-        PhantomData::<Free>::forward_transposed(node, values, swaps, x);
-    }
-
-    fn backward_transposed(node: &Node, values: &[f64], swaps: &[usize], x: &mut [f64]) {
-        PhantomData::<Free>::backward_transposed(node, values, swaps, x);
     }
 }
 

@@ -7,6 +7,8 @@ use super::graph::Graph;
 pub(crate) struct Pattern {
     /// Number of unknowns.
     pub(crate) size: usize,
+    /// Number of unknowns that are not multipliers, the first ones.
+    pub(crate) coordinates: usize,
     /// Structural nonzeros (row, column), in any order; (i, j) also represents (j, i). A diagonal entry is
     /// listed only if it is structurally nonzero.
     pub(crate) entries: Vec<(usize, usize)>,
@@ -25,7 +27,7 @@ pub(crate) struct Group {
     pub(crate) parent: Option<usize>,
     /// Branches that must be eliminated before this group.
     pub(crate) after: Vec<Branch>,
-    /// True if the best pivot of every column must be chosen, because coordinates without inertia have none of their own.
+    /// True if the best pivots must be chosen, because coordinates without inertia have none of their own.
     pub(crate) chooses_pivots: bool,
 }
 

@@ -4,9 +4,8 @@ use super::condense::{Condensed, condense};
 use super::graph::Graph;
 use super::kernel::{Kernel, kernel};
 use super::node::{Later, Node, Pair, PanelEntry, Shape};
-use super::node_kernel::BestRows;
 use super::order::{Eliminated, order};
-use super::pattern::Pattern;
+use super::pattern::{Group, Pattern};
 use std::ops::Range;
 
 /// A condensed unknown: entries [pivot, row, column], stored contiguously (a run); its position is its index.
@@ -24,6 +23,31 @@ impl Step {
     /// The stored run.
     pub(super) fn run(&self) -> Range<usize> {
         self.start..self.start + 1 + 2 * self.neighbours.len()
+    }
+}
+
+/// The unknowns of a group in the order of their elimination.
+struct Members {
+    unknowns: Vec<usize>,
+    /// Number of the first ones for which the best rows are chosen.
+    chosen: usize,
+}
+
+impl Members {
+    /// The unknowns of a group of which `left` is true. If all multipliers have no entries on the diagonal, which those of constraints that may depend
+    /// on others have, the best rows of these alone leave regular blocks of the coordinates.
+    fn new(group: &Group, (left, coordinates): (&[bool], usize), has_diagonal: impl Fn(usize) -> bool) -> Self {
+        let mut unknowns = Vec::from_iter(group.unknowns.iter().copied().filter(|&unknown| left[unknown]));
+        let is_multiplier = |unknown: &usize| *unknown >= coordinates;
+        let chosen = match group.chooses_pivots {
+            false => 0,
+            true if unknowns.iter().any(|unknown| is_multiplier(unknown) && has_diagonal(*unknown)) => unknowns.len(),
+            true => {
+                unknowns.sort_by_key(|unknown| !is_multiplier(unknown));
+                unknowns.iter().filter(|unknown| is_multiplier(unknown)).count()
+            }
+        };
+        Members { unknowns, chosen }
     }
 }
 
@@ -52,8 +76,13 @@ impl Symbolic {
         for step in &condensed {
             left[step.unknown] = false;
         }
-        let members: Vec<Vec<usize>> =
-            (pattern.groups.iter()).map(|group| group.unknowns.iter().copied().filter(|&u| left[u]).collect()).collect();
+        let diagonal = pattern.diagonal();
+        let members = pattern
+            .groups
+            .iter()
+            .map(|group| Members::new(group, (&left, pattern.coordinates), |unknown| diagonal[unknown]));
+        let (members, chosen): (Vec<Vec<usize>>, Vec<usize>) =
+            members.map(|Members { unknowns, chosen }| (unknowns, chosen)).unzip();
         let sizes: Vec<usize> = members.iter().map(Vec::len).collect();
         let quotient = graph.quotient(sizes.len(), &pattern.group_of());
         let order = order(&quotient, &sizes, &pattern.groups);
@@ -64,10 +93,7 @@ impl Symbolic {
             .collect();
         let positions = inverse(&unknowns);
         let mut nodes = lay_out_nodes(&order, &shapes, &sizes, condensed.len());
-        order
-            .iter()
-            .zip(&mut nodes)
-            .for_each(|(step, node)| node.chooses_pivots = pattern.groups[step.group].chooses_pivots);
+        order.iter().zip(&mut nodes).for_each(|(step, node)| node.chosen = chosen[step.group]);
         let values_len = nodes.iter().map(Node::panel_len).sum();
         let owner = (nodes.iter().enumerate()).flat_map(|(index, node)| std::iter::repeat_n(index, node.size)).collect();
         let mut symbolic = Self {
@@ -267,7 +293,7 @@ fn lay_out_nodes(order: &[Eliminated], shapes: &[Shape], sizes: &[usize], mut fi
             later: Vec::new(),
             pairs: Vec::new(),
             shape: shapes[index],
-            chooses_pivots: false,
+            chosen: 0,
         });
         first += size;
         start += nodes[index].panel_len();
@@ -282,14 +308,13 @@ fn lay_out_nodes(order: &[Eliminated], shapes: &[Shape], sizes: &[usize], mut fi
 
 fn runs(nodes: &[Node]) -> Vec<(&'static dyn Kernel, Range<usize>)> {
     let mut first = 0;
-    let linked = |node: &Node| node.shape != Shape::Any;
-    let kind = |node: &Node| (node.size, linked(node), node.chooses_pivots);
+    let kind = |node: &Node| (node.size, node.shape != Shape::Any, node.chosen > 0);
     let alike = nodes.chunk_by(|a, b| kind(a) == kind(b));
     alike
         .map(|run| {
             let nodes = first..first + run.len();
             first = nodes.end;
-            (if run[0].chooses_pivots { &BestRows } else { kernel(run[0].size, linked(&run[0])) }, nodes)
+            (kernel(&run[0]), nodes)
         })
         .collect()
 }

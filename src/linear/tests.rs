@@ -388,6 +388,7 @@ fn redundant_constraints_are_reported() {
             });
             let s = Symbolic::analyse(&Pattern {
                 size: 4,
+                coordinates: 2,
                 entries: entries.clone(),
                 constant: (0..4).map(|i| i < constants).collect(),
                 groups: groups.collect(),

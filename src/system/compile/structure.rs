@@ -71,7 +71,8 @@ pub(in crate::system) fn analyse(
     }
     let masses = if inertia.contains(&0.0) { points.map(|at| mass(batches, &at)).to_vec() } else { Vec::new() };
     let matrices = masses.iter().zip(&phi_q).flat_map(|(mass, phi_q)| tangents(n, mass, phi_q, may_open));
-    let symbolic = postponed::analyse(&mut Pattern { size: n + m, entries, constant, groups }, &Vec::from_iter(matrices));
+    let mut pattern = Pattern { size: n + m, coordinates: n, entries, constant, groups };
+    let symbolic = postponed::analyse(&mut pattern, &Vec::from_iter(matrices));
     let slot = |row, col| symbolic.slot(row, col).unwrap_or_default();
     let position = |unknown| symbolic.position(unknown);
     let sines = Sines::new(values.waves, &Places { n, position, slot });
