@@ -140,7 +140,7 @@ impl Directions {
 }
 
 /// The smallest eigenvalue, at any node of a motion, of the mass matrix on the velocities that constraints allow, in units in which its diagonal is 1.
-fn least_inertia(system: &System, inputs: &Inputs) -> Result<f64, Error> {
+pub fn least_inertia(system: &System, inputs: &Inputs) -> Result<f64, Error> {
     let mut solver = Solver::new(system, Settings::default());
     solver.simulate(inputs)?;
     let mut least = 1.0f64;
@@ -158,6 +158,11 @@ fn least_inertia(system: &System, inputs: &Inputs) -> Result<f64, Error> {
         least = least.min((free.transpose() * scaled * free).symmetric_eigenvalues().min());
     }
     Ok(least)
+}
+
+/// What rounding makes of the smallest inertia.
+pub fn rounding_of(inertia: f64) -> f64 {
+    f64::EPSILON / (inertia * SHARE)
 }
 
 /// Asserts that gradients are those of complex step and of a motion with checkpoints, and products with the Hessian those of hyper-dual numbers, without
@@ -194,7 +199,7 @@ pub fn compare_derivatives(
     let mut bounds: Vec<f64> = pairs.iter().map(|pair| pair.bound).collect();
     if pairs.iter().any(|pair| pair.error() > pair.bound) {
         let (noise, inertia) = (directions.noise(system, inputs, &pairs)?, least_inertia(system, inputs)?);
-        let of_inertia = f64::EPSILON / (inertia * SHARE);
+        let of_inertia = rounding_of(inertia);
         for ((pair, bound), noise) in pairs.iter().zip(&mut bounds).zip(noise) {
             *bound = bound.max(of_inertia.min(SPREAD * noise));
             let (seed, name, error) = (tally.seed, pair.name, pair.error());
