@@ -33,7 +33,7 @@ struct Group {
 impl System {
     /// Whether any element has a kink that is known.
     pub(crate) fn has_kinks(&self) -> bool {
-        let mut kernels = self.formulas.elements.iter().filter_map(|element| element.formula.kernels.as_ref());
+        let mut kernels = self.0.formulas.elements.iter().filter_map(|element| element.formula.kernels.as_ref());
         kernels.any(|kernels| kernels.kinks.is_some())
     }
 }

@@ -167,36 +167,36 @@ impl System {
     /// Evaluates 𝓛_v, 𝓛_q + Q and dΦ/dt by the plain formulas, on any number type.
     pub(crate) fn plain_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
-        add_sums(self.batches.0.iter(), at, sums);
+        add_sums(self.0.batches.0.iter(), at, sums);
     }
 
     /// The contributions of the kinetic energies alone: T_v and T_q.
     pub(crate) fn kinetic_sums<R: Real>(&self, at: &NodeView<R>, sums: &mut Sums<R>) {
         sums.clear();
-        add_sums(self.batches.of_kind(ElementKind::Kinetic), at, sums);
+        add_sums(self.0.batches.of_kind(ElementKind::Kinetic), at, sums);
     }
 
     /// T and V.
     pub(crate) fn energies(&self, at: &NodeView<f64>) -> [f64; 2] {
-        let of = |kind| self.batches.of_kind(kind).flat_map(|batch| &batch.items).map(|item| item.energy(at)).sum();
+        let of = |kind| self.0.batches.of_kind(kind).flat_map(|batch| &batch.items).map(|item| item.energy(at)).sum();
         [ElementKind::Kinetic, ElementKind::Potential].map(of)
     }
 
     /// Φ(q, t).
     pub(crate) fn phi(&self, at: &NodeView<f64>, phi: &mut [f64]) {
-        let constraints = self.batches.items().filter(|item| !item.to.sigma.is_empty());
+        let constraints = self.0.batches.items().filter(|item| !item.to.sigma.is_empty());
         constraints.for_each(|item| item.phi(at, |j, x| phi[j] = x));
     }
 
     /// Φ(q, t) on any number type.
     pub(crate) fn phi_on<R: Real>(&self, at: &NodeView<R>, phi: &mut [R]) {
-        write_phi(self.batches.0.iter(), at, phi);
+        write_phi(self.0.batches.0.iter(), at, phi);
     }
 
     /// T, V, Q and Φ of all elements, for recording.
     pub(crate) fn symbols(&self, at: &NodeView<Symbol>) -> Vec<Symbol> {
         let mut all = Vec::new();
-        for item in self.batches.items() {
+        for item in self.0.batches.items() {
             Values::<Symbol>::values(&*item.formula, &|slot| item.to.read(at, slot), &mut |value| all.push(value));
         }
         all

@@ -1,5 +1,7 @@
 //! Compilation of the parts of a scene into a [`System`], and detection of formulas that have changed when a motion begins.
 
+use std::sync::Arc;
+
 use super::names::Names;
 use super::parameters::Parameters;
 use super::scene_parts::{Parts, Required};
@@ -7,9 +9,10 @@ use super::structure;
 use crate::model::space::Inertia;
 use crate::model::{Action, Gap, Param, Sketch};
 use crate::number::{Fingerprint, take_look};
-use crate::system::compiled::System;
+use crate::system::compiled::{Compiled, System};
 use crate::system::cost::{CostPrograms, Costs, Terms};
 use crate::system::formula::{Batches, Element, ElementKind, Layout, NodeView, Positions, Recordings};
+use crate::system::report::find_readers;
 use crate::system::tangent::Formulas;
 use crate::{Error, memory};
 
@@ -65,7 +68,8 @@ impl System {
         let terms = Terms::new(&costs, names.outputs.len());
         let (initial, positive, tensors) = (scene.initial, scene.positive, scene.tensors);
         let (costs_compiled, fingerprint) = (fingerprint(None, &costs), fingerprint(Some(&batches), &costs));
-        let mut system = System {
+        let reads_values = find_readers(&formulas, &costs);
+        let compiled = Compiled {
             n,
             m,
             k,
@@ -92,22 +96,21 @@ impl System {
             scene: scene.scene,
             fingerprint,
             costs_compiled,
-            reads_values: false,
+            reads_values,
         };
-        system.reads_values = system.find_readers();
-        Ok(system)
+        Ok(System(Arc::new(compiled)))
     }
 
     pub(crate) fn check_design(&self, design: &[f64]) -> Result<(), Error> {
-        let values = self.parameters.values(design);
-        self.parameters.check(&values, &self.names.designs)?;
-        check_positive(&self.positive, &values)?;
-        check_tensors(&self.tensors, &values)
+        let values = self.0.parameters.values(design);
+        self.0.parameters.check(&values, &self.0.names.designs)?;
+        check_positive(&self.0.positive, &values)?;
+        check_tensors(&self.0.tensors, &values)
     }
 
     /// Identifies the present formulas.
     pub(crate) fn fingerprint(&self) -> u64 {
-        fingerprint(Some(&self.batches), &self.costs)
+        fingerprint(Some(&self.0.batches), &self.0.costs)
     }
 
     /// The formulas at an initial state if they differ from those that were compiled, otherwise `None`.
@@ -115,16 +118,16 @@ impl System {
     /// # Errors
     /// A formula whose derivatives are constant, or zero, in other places than when it was compiled.
     pub(crate) fn formulas_now(&self, start: &NodeView<f64>, fingerprint: u64) -> Result<Option<Formulas>, Error> {
-        if fingerprint == self.fingerprint {
+        if fingerprint == self.0.fingerprint {
             return Ok(None);
         }
         let mut recordings = Recordings::default();
-        for element in &self.formulas.elements {
+        for element in &self.0.formulas.elements {
             recordings.add(self.item(element.place), element.place, start);
         }
         let changed = |element: &str| Error::Changed { element: element.to_string() };
         // Formulas that num-dual evaluates may change in any way.
-        let mut pairs = recordings.elements.iter_mut().zip(&self.formulas.elements);
+        let mut pairs = recordings.elements.iter_mut().zip(&self.0.formulas.elements);
         let moved = pairs.find_map(|(now, then)| {
             if then.formula.kernels.is_none() {
                 now.formula = then.formula.clone();
@@ -134,10 +137,10 @@ impl System {
         if let Some(element) = moved {
             return Err(changed(element));
         }
-        if let Some(cost) = self.costs.find_changed(start) {
+        if let Some(cost) = self.0.costs.find_changed(start) {
             return Err(changed(cost));
         }
-        Ok(Some(Formulas::new(recordings.elements, self.layout(), &self.symbolic)))
+        Ok(Some(Formulas::new(recordings.elements, self.layout(), &self.0.symbolic)))
     }
 
     /// Identifies the present formulas of the costs.
@@ -145,8 +148,8 @@ impl System {
     /// # Errors
     /// A cost depends on other arguments than when it was compiled; the motion does not provide these.
     pub(crate) fn costs_now(&self, at: &NodeView<f64>) -> Result<u64, Error> {
-        let now = fingerprint(None, &self.costs);
-        let changed = (now != self.costs_compiled).then(|| self.costs.find_changed(at)).flatten();
+        let now = fingerprint(None, &self.0.costs);
+        let changed = (now != self.0.costs_compiled).then(|| self.0.costs.find_changed(at)).flatten();
         changed.map_or(Ok(now), |cost| Err(Error::Changed { element: cost.to_string() }))
     }
 
@@ -157,7 +160,7 @@ impl System {
     /// As [`costs_now`](Self::costs_now).
     pub(crate) fn fix_costs(&self, at: &NodeView<f64>, orders: usize, programs: &mut CostPrograms) -> Result<(), Error> {
         let now = self.costs_now(at)?;
-        programs.begin((self.layout(), self.costs.batches()), (at.design, orders), (now, now != self.costs_compiled));
+        programs.begin((self.layout(), self.0.costs.batches()), (at.design, orders), (now, now != self.0.costs_compiled));
         Ok(())
     }
 }

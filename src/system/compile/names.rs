@@ -3,7 +3,7 @@
 use super::scene_parts::Parts;
 use crate::error::quoted;
 
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(in crate::system) struct Names {
     pub(in crate::system) coordinates: Vec<String>,
     /// Constraints, each with its number of equations.

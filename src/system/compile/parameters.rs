@@ -12,7 +12,6 @@ use crate::model::Param;
 use crate::program::{Graph, Node};
 use crate::{Error, Scalar};
 
-#[derive(Clone)]
 pub(crate) struct Parameters {
     designs: usize,
     /// The expressions in use as nodes of the graph, and the index of each among them.

@@ -6,7 +6,6 @@ use super::costs::Costs;
 use crate::model::element::Sum;
 
 /// Properties of all costs together.
-#[derive(Clone)]
 pub struct Terms {
     /// Whether J (first) and each output have a term before the last node.
     pub(in crate::system) running: Vec<bool>,

@@ -41,7 +41,7 @@ impl<R: Number> Sums<R> {
 }
 
 /// The index of each velocity and each multiplier in the solver's order.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Positions {
     pub v: Vec<usize>,
     pub sigma: Vec<usize>,

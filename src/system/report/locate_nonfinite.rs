@@ -35,7 +35,7 @@ impl System {
     }
 
     fn describe(&self, argument: Argument, at: &NodeView<f64>) -> String {
-        let names = &self.names;
+        let names = &self.0.names;
         let what = match argument {
             Argument::Q(i) => quoted(&names.coordinates[i]),
             Argument::V(i) => format!("the velocity of {}", quoted(&names.coordinates[i])),
@@ -46,7 +46,7 @@ impl System {
             Argument::Sigma(j) => format!("σ of {}", names.equations[j]),
             Argument::U(k) => quoted(&names.controls[k]),
             Argument::UDot(k) => format!("du/dt of {}", quoted(&names.controls[k])),
-            Argument::B(p) => self.parameters.name(p, &names.designs),
+            Argument::B(p) => self.0.parameters.name(p, &names.designs),
             Argument::T => "t".into(),
         };
         let (list, i) = argument.place();
@@ -61,7 +61,7 @@ impl System {
         rows: &mut CostRows,
         node: usize,
     ) -> Option<Error> {
-        Some(self.blame(self.costs.find_not_finite((at, None), weights, rows)?, at, node))
+        Some(self.blame(self.0.costs.find_not_finite((at, None), weights, rows)?, at, node))
     }
 
     /// The first cost that is not finite; if there is none, the element or input that causes it. `rows` is overwritten.
@@ -78,7 +78,7 @@ impl System {
 
     /// The first cost whose derivatives along a direction are not finite at a node, as an error; `rows` is overwritten.
     pub(crate) fn bad_cost_along(&self, of: Along, weights: &Weights<Dual64>, rows: &mut CostRows, node: usize) -> Error {
-        self.second_derivative(self.costs.find_not_finite(of, weights, rows), of.0, node)
+        self.second_derivative(self.0.costs.find_not_finite(of, weights, rows), of.0, node)
     }
 
     /// The first element whose second derivatives along a direction are not finite at a node, as an error; `rows` is overwritten.
@@ -111,7 +111,7 @@ impl System {
 
     /// The first energy that is not finite at a node although its derivatives are (ln q for q < 0), as an error.
     pub(crate) fn find_undefined_energy(&self, at: &NodeView<f64>, node: usize) -> Option<Error> {
-        let mut items = self.partly_defined.iter().map(|&place| self.item(place));
+        let mut items = self.0.partly_defined.iter().map(|&place| self.item(place));
         let undefined = items.find(|item| !item.energy(at).is_finite())?;
         let suspect = Suspect { element: &undefined.name, arguments: undefined.arguments(at) };
         Some(self.blame(suspect, at, node))
@@ -120,9 +120,9 @@ impl System {
     /// Returns an error if a formula panics at a start. Only those that panicked when the scene was compiled are evaluated.
     pub(crate) fn check_panics(&self, start: &NodeView<f64>) -> Result<(), Error> {
         let panicked = |obstacle| obstacle == Some(Obstacle::Panics);
-        let elements = self.formulas.elements.iter().filter(|element| panicked(element.formula.obstacle));
+        let elements = self.0.formulas.elements.iter().filter(|element| panicked(element.formula.obstacle));
         let elements = elements.map(|element| self.item(element.place)).filter(|item| item.panics(start));
-        let costs = self.costs.items().iter().filter(|cost| panicked(cost.obstacle) && cost.of.panics(start));
+        let costs = self.0.costs.items().iter().filter(|cost| panicked(cost.obstacle) && cost.of.panics(start));
         let mut names = elements.map(|item| &item.name).chain(costs.map(|cost| &cost.of.name));
         let error = |element: &String| Error::Panics { element: element.clone(), time: start.t };
         names.next().map_or(Ok(()), |element| Err(error(element)))

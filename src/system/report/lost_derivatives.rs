@@ -8,7 +8,9 @@
 use crate::model::element::Sum;
 use crate::number::{Hyper, hyper, hyper_parts};
 use crate::program::{Graph, Node, Obstacle, record_branch};
+use crate::system::cost::Costs;
 use crate::system::formula::{Argument, ElementKind, NodeView, Placed, Recordable, Slot};
+use crate::system::tangent::Formulas;
 use crate::{System, Warning};
 
 /// Relative displacement of the arguments for comparing graphs; twice this displacement is also used. Steps of a function that are finer than this
@@ -150,20 +152,21 @@ fn reads(obstacle: Option<Obstacle>) -> bool {
     obstacle == Some(Obstacle::Branches)
 }
 
+/// Whether any formula reads values.
+pub(in crate::system) fn find_readers(formulas: &Formulas, costs: &Costs) -> bool {
+    let mut elements = formulas.elements.iter().map(|element| element.formula.obstacle);
+    elements.any(reads) || costs.terms().any(|term| reads(term.obstacle))
+}
+
 impl System {
     /// Whether any formula reads values.
     pub(crate) fn reads_values(&self) -> bool {
-        self.reads_values
-    }
-
-    pub(in crate::system) fn find_readers(&self) -> bool {
-        let mut elements = self.formulas.elements.iter().map(|element| element.formula.obstacle);
-        elements.any(reads) || self.costs.terms().any(|term| reads(term.obstacle))
+        self.0.reads_values
     }
 
     /// Whether a cost at this single node reads values.
     pub(crate) fn reads_values_at(&self, node: usize) -> bool {
-        self.costs.items().iter().any(|cost| cost.sum == Sum::Node(node) && reads(cost.obstacle))
+        self.0.costs.items().iter().any(|cost| cost.sum == Sum::Node(node) && reads(cost.obstacle))
     }
 
     /// Warnings for the formulas that lose derivatives at a node, except `known` ones; `counts` selects the costs by how they are summed.
@@ -177,12 +180,12 @@ impl System {
         let is_known =
             |name: &str| known.iter().any(|w| matches!(w, Warning::LostDerivative { element, .. } if element == name));
         let elements =
-            self.formulas.elements.iter().filter(|element| reads(element.formula.obstacle) && !is_known(&element.name));
+            self.0.formulas.elements.iter().filter(|element| reads(element.formula.obstacle) && !is_known(&element.name));
         let of_elements = elements.filter_map(|element| {
             Some((&element.name, self.item(element.place).find_lost(Some(element.kind()), at, order)?))
         });
         let costs =
-            self.costs.items().iter().filter(|cost| reads(cost.obstacle) && counts(cost.sum) && !is_known(&cost.of.name));
+            self.0.costs.items().iter().filter(|cost| reads(cost.obstacle) && counts(cost.sum) && !is_known(&cost.of.name));
         let of_costs = costs.filter_map(|cost| Some((&cost.of.name, cost.of.find_lost(None, at, order)?)));
         let warning = |(name, argument): (&String, Argument)| Warning::LostDerivative {
             element: name.clone(),

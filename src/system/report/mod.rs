@@ -10,5 +10,6 @@ mod verify;
 pub(crate) mod verify_tests;
 
 pub(crate) use lost_derivatives::Order;
+pub(in crate::system) use lost_derivatives::find_readers;
 #[cfg(test)]
 pub(in crate::system) use verify::Draw;

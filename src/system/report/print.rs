@@ -66,7 +66,7 @@ impl BlockEntry {
 impl System {
     /// The programs of the element `name` as text: the instructions that run once and those that run at every point.
     pub fn program(&self, name: &str) -> Option<String> {
-        self.formulas.elements.iter().find(|element| element.name == name).map(print)
+        self.0.formulas.elements.iter().find(|element| element.name == name).map(print)
     }
 }
 

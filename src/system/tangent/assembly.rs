@@ -201,7 +201,7 @@ impl Assembly {
 }
 
 /// The elements of a scene with their formulas, and the assembly of those that are evaluated at every point.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Formulas {
     pub elements: Vec<Element>,
     pub assembly: Assembly,
