@@ -140,6 +140,12 @@ fn values_of_costs_and_outputs_allocate_nothing_per_node() {
     assert_eq!(short, long);
 }
 
+#[test]
+fn clones_of_a_system_share_its_data() {
+    let system = CartPendulum::default().scene().compile().expect("scene");
+    assert_eq!(allocations(|| _ = std::hint::black_box(system.clone())), 0);
+}
+
 /// The bytes that a solver holds after a motion of so many steps.
 fn bytes_held(system: &System, settings: Settings, steps: usize) -> isize {
     let mut inputs = Inputs::at_rest(system, Grid::uniform(steps, 0.005));

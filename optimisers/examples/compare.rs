@@ -64,7 +64,7 @@ fn pose(name: &str) -> Result<Posed, Box<dyn Error>> {
     Ok(Posed { system, inputs, free, constraints })
 }
 
-fn problem(Posed { system, inputs, free, constraints }: &Posed) -> Result<MotionProblem<'_>, MotionError> {
+fn problem(Posed { system, inputs, free, constraints }: &Posed) -> Result<MotionProblem, MotionError> {
     let variables = Variables::new(system, inputs, free.clone())?;
     let mut problem = MotionProblem::new(system, Settings::default(), inputs.clone(), variables)?;
     constraints.iter().for_each(|(output, to)| problem.constrain(*output, *to));

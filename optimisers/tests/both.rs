@@ -26,7 +26,7 @@ fn system(is_constrained: bool) -> (System, Vec<Free>, Vec<Output>) {
     (system, free, upright)
 }
 
-fn problem<'s>((system, free, upright): &'s (System, Vec<Free>, Vec<Output>), bound: f64) -> MotionProblem<'s> {
+fn problem((system, free, upright): &(System, Vec<Free>, Vec<Output>), bound: f64) -> MotionProblem {
     let mut inputs = Inputs::at_rest(system, Grid::uniform(40, 0.025));
     inputs.controls.fill(5.0);
     let free = free.iter().map(|of| of.clone().within(-bound, bound)).collect();

@@ -10,13 +10,13 @@ use crate::statistics::median;
 pub type Job<'a> = Box<dyn FnMut() -> Result<(), Error> + 'a>;
 
 /// One simulation.
-pub fn simulation<'a>(system: &'a System, inputs: &'a Inputs) -> Job<'a> {
+pub fn simulation<'a>(system: &System, inputs: &'a Inputs) -> Job<'a> {
     let mut solver = Solver::new(system, Settings::default());
     Box::new(move || solver.simulate(inputs).map(|_| ()))
 }
 
 /// One simulation and its gradient by the adjoint.
-pub fn value_and_gradient<'a>(system: &'a System, inputs: &'a Inputs) -> Job<'a> {
+pub fn value_and_gradient<'a>(system: &System, inputs: &'a Inputs) -> Job<'a> {
     let mut solver = Solver::new(system, Settings::default());
     Box::new(move || {
         solver.simulate(inputs)?;

@@ -13,9 +13,9 @@ use crate::{Error, Inputs, Output, Settings, Solver, System, Warning};
 /// [`constrain`](Self::constrain) sets another interval; those of an [`EndState`](crate::EndState) are free. In a scene without costs J is 0,
 /// and every feasible point is a minimum.
 #[derive(Debug)]
-pub struct MotionProblem<'s> {
+pub struct MotionProblem {
     /// The solver, with the motion of the last evaluated point.
-    pub solver: Solver<'s>,
+    pub solver: Solver,
     variables: Variables,
     constraints: Vec<Interval>,
     /// The point given at construction, that of the last change, or of the last successful evaluation.
@@ -42,13 +42,13 @@ pub(super) struct Changed {
     variables: Variables,
 }
 
-impl<'s> MotionProblem<'s> {
+impl MotionProblem {
     /// A problem with these inputs and free variables.
     ///
     /// # Errors
     /// Inputs that do not fit the system, or variables for another system or number of nodes. For a start that is not assembled: a free
     /// coordinate, velocity or design variable (such as the length of a link) that constraints determine ([`Error::NotFree`]).
-    pub fn new(system: &'s System, settings: Settings, inputs: Inputs, mut variables: Variables) -> Result<Self, Error> {
+    pub fn new(system: &System, settings: Settings, inputs: Inputs, mut variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
         variables.check(system, &inputs)?;
         held::check(system, &settings, &inputs, variables.free())?;
@@ -175,7 +175,7 @@ pub(super) fn default_constraints(system: &System) -> Vec<Interval> {
     (0..system.outputs()).map(of).collect()
 }
 
-impl Problem for MotionProblem<'_> {
+impl Problem for MotionProblem {
     fn warnings(&self) -> Vec<Warning> {
         let is_asked =
             self.solver.system().sums(0).next().is_some() || self.constraints.iter().any(|of| *of != Interval::FREE);

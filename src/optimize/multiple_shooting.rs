@@ -53,8 +53,8 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 #[derive(Debug)]
-pub struct MultipleShooting<'s> {
-    segments: Vec<Segment<'s>>,
+pub struct MultipleShooting {
+    segments: Vec<Segment>,
     /// The free quantities of the whole motion: the first variables, followed by the states at the cuts.
     whole: Variables,
     /// The inputs given at construction, or of the last successful evaluation.
@@ -69,7 +69,7 @@ pub struct MultipleShooting<'s> {
     minimised: Vec<bool>,
 }
 
-impl<'s> MultipleShooting<'s> {
+impl MultipleShooting {
     /// A problem with these inputs and free quantities, in a number of segments with about equal numbers of steps. `states` lists one
     /// coordinate for each degree of freedom; with constraints the start of a segment is assembled from these coordinates.
     ///
@@ -78,7 +78,7 @@ impl<'s> MultipleShooting<'s> {
     /// or of another scene; controls on coarser knots, or free single step lengths; terminal costs, or outputs that mix terminal values and
     /// sums; with constraints, costs on σ, p\* or ṗ\*; a free duration if anything depends on time explicitly.
     pub fn new(
-        system: &'s System,
+        system: &System,
         settings: Settings,
         inputs: Inputs,
         free: Vec<Free>,
@@ -133,7 +133,7 @@ impl<'s> MultipleShooting<'s> {
         Ok(())
     }
 
-    fn system(&self) -> &'s System {
+    fn system(&self) -> &System {
         self.segments[0].motion.solver.system()
     }
 
@@ -187,7 +187,7 @@ impl<'s> MultipleShooting<'s> {
     }
 
     /// The segments, each with the motion of the last evaluated point.
-    pub fn segments(&self) -> impl Iterator<Item = &MotionProblem<'s>> {
+    pub fn segments(&self) -> impl Iterator<Item = &MotionProblem> {
         self.segments.iter().map(|segment| &segment.motion)
     }
 

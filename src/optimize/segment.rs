@@ -10,8 +10,8 @@ use crate::{EndState, Error, Held, Inputs, Settings, Start, System};
 
 /// The problem of a part of a motion, and its place in the whole problem.
 #[derive(Debug)]
-pub(super) struct Segment<'s> {
-    pub(super) motion: MotionProblem<'s>,
+pub(super) struct Segment {
+    pub(super) motion: MotionProblem,
     /// The first and the last node.
     pub(super) first: usize,
     pub(super) last: usize,
@@ -19,13 +19,13 @@ pub(super) struct Segment<'s> {
     pub(super) places: Vec<usize>,
 }
 
-impl<'s> Segment<'s> {
+impl Segment {
     /// The segment between two nodes. Unless it begins at the first node, the states of its start are the next variables.
     ///
     /// # Errors
     /// Invalid inputs and variables.
     pub(super) fn new(
-        (system, settings): (&'s System, Settings),
+        (system, settings): (&System, Settings),
         whole: &Inputs,
         free: &[Free],
         states: &[EndState],

@@ -13,16 +13,16 @@ use crate::{Error, Report, Warning};
 ///
 /// All motions must have the same variables. Bounds are the intersection of the bounds of all motions; names are those of the first.
 #[derive(Debug)]
-pub struct Trials<'s> {
-    motions: Vec<MotionProblem<'s>>,
+pub struct Trials {
+    motions: Vec<MotionProblem>,
 }
 
-impl<'s> Trials<'s> {
+impl Trials {
     /// A problem of these motions.
     ///
     /// # Errors
     /// No motion; variables that differ from those of the first motion in number, quantity, scale or form; bounds with empty intersection.
-    pub fn new(motions: Vec<MotionProblem<'s>>) -> Result<Self, Error> {
+    pub fn new(motions: Vec<MotionProblem>) -> Result<Self, Error> {
         let Some(first) = motions.first() else {
             return Err(Error::Parameter { what: "the number of trials".into(), value: 0.0, must_be: "at least 1" });
         };
@@ -46,7 +46,7 @@ impl<'s> Trials<'s> {
     }
 
     /// The motions, each with the solver at the last evaluated point.
-    pub fn motions(&self) -> &[MotionProblem<'s>] {
+    pub fn motions(&self) -> &[MotionProblem] {
         &self.motions
     }
 
@@ -67,7 +67,7 @@ impl<'s> Trials<'s> {
     }
 }
 
-impl Problem for Trials<'_> {
+impl Problem for Trials {
     fn variables(&self) -> usize {
         self.motions[0].variables()
     }

@@ -5,7 +5,7 @@ use crate::adjoint::{AdjointSweep, Gradient, Located, SecondOrderSweep, check_di
 use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings};
 
-impl Solver<'_> {
+impl Solver {
     /// True if the motion has located events.
     pub(super) fn has_events(&self) -> bool {
         !self.forward.motion.inputs.events.is_empty()

@@ -31,8 +31,8 @@ use crate::{Error, Inputs, Multiplier, Param, Settings, System, Trajectory};
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 #[derive(Clone, Debug)]
-pub struct Mechanics<'s> {
-    system: &'s System,
+pub struct Mechanics {
+    system: System,
     q: Vec<f64>,
     v: Vec<f64>,
     u: Vec<f64>,
@@ -42,16 +42,16 @@ pub struct Mechanics<'s> {
     open: Vec<usize>,
 }
 
-impl<'s> Mechanics<'s> {
+impl Mechanics {
     /// The mechanics at coordinates q (m, rad) and velocities v (m/s, rad/s), with zero controls, the design of the scene and t = 0. Equations that some
     /// event closes are open ([`System::open_equations`]).
     ///
     /// # Errors
     /// Vectors whose length differs from [`System::n`], or numbers that are not finite.
-    pub fn new(system: &'s System, q: &[f64], v: &[f64]) -> Result<Self, Error> {
+    pub fn new(system: &System, q: &[f64], v: &[f64]) -> Result<Self, Error> {
         let design = system.parameters().values(system.design_values().as_slice()).into_owned();
         let here = Mechanics {
-            system,
+            system: system.clone(),
             q: q.to_vec(),
             v: v.to_vec(),
             u: vec![0.0; system.k()],
@@ -69,7 +69,7 @@ impl<'s> Mechanics<'s> {
     ///
     /// # Errors
     /// As [`Solver::simulate`](crate::Solver::simulate).
-    pub fn at_start(system: &'s System, inputs: &Inputs) -> Result<Self, Error> {
+    pub fn at_start(system: &System, inputs: &Inputs) -> Result<Self, Error> {
         let settings = Settings::default();
         let mut forward = ForwardSweep::new(system, settings.scheme);
         forward.begin(system, inputs, 1, &settings)?;
@@ -84,7 +84,7 @@ impl<'s> Mechanics<'s> {
     ///
     /// # Errors
     /// Inputs that do not belong to the motion, or a node that does not exist or was not computed.
-    pub fn at_node(system: &'s System, inputs: &Inputs, motion: &Trajectory, node: usize) -> Result<Self, Error> {
+    pub fn at_node(system: &System, inputs: &Inputs, motion: &Trajectory, node: usize) -> Result<Self, Error> {
         motion.check_fits(system, inputs)?;
         if node >= motion.times.len() {
             let (what, value) = (format!("the node of a motion with {} nodes", motion.times.len()), node as f64);
@@ -150,7 +150,7 @@ impl<'s> Mechanics<'s> {
 
     /// The mass matrix M = T_vv (n × n).
     pub fn mass(&self) -> DMatrix<f64> {
-        mass_matrix(self.system, &self.view(&vec![0.0; self.system.m()]))
+        mass_matrix(&self.system, &self.view(&vec![0.0; self.system.m()]))
     }
 
     /// Momenta T_v, without impulses of constraints (1a), N s or N m s.
@@ -184,15 +184,15 @@ impl<'s> Mechanics<'s> {
     /// # Errors
     /// A singular mass matrix or configuration, or forces that are not finite.
     pub fn accelerations(&self) -> Result<(DVector<f64>, DVector<f64>), Error> {
-        let (mut accelerations, none) = (Accelerations::new(self.system), vec![0.0; self.system.m()]);
-        accelerations.evaluate(self.system, &self.view(&none), (0, &with_open(&[], &self.open)))?;
+        let (mut accelerations, none) = (Accelerations::new(&self.system), vec![0.0; self.system.m()]);
+        accelerations.evaluate(&self.system, &self.view(&none), (0, &with_open(&[], &self.open)))?;
         let Pair { v, sigma } = accelerations.found();
         Ok((DVector::from_vec(v), DVector::from_vec(sigma)))
     }
 
     /// The number of velocities that the constraints leave free, here and nearby: n − rank Φ_q.
     pub(crate) fn degrees_of_freedom(&self) -> usize {
-        let (system, sigma) = (self.system, vec![0.0; self.system.m()]);
+        let (system, sigma) = (&self.system, vec![0.0; self.system.m()]);
         let at = self.view(&sigma);
         let rank = Scaled::at(system, &at).map_or(system.m(), |here| here.rank(system, &at));
         system.n().saturating_sub(rank)

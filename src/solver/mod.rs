@@ -30,7 +30,7 @@ use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings, System, Trajectory};
 
 /// A solver of one system for many inputs. After the first call with a grid of some length, further calls with grids of this length
-/// allocate no memory in the steps.
+/// allocate no memory in the steps. The solver contains a clone of the system, which shares its data.
 ///
 /// ```
 /// use hamiltonian_adjoint::{Grid, Inputs, Settings, Solver, scenes};
@@ -45,8 +45,8 @@ use crate::{Error, Inputs, Settings, System, Trajectory};
 /// assert!((gradient.value - 15.18353832472497).abs() < 1e-12);
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
-pub struct Solver<'s> {
-    system: &'s System,
+pub struct Solver {
+    system: System,
     settings: Settings,
     forward: ForwardSweep,
     /// The sweep for J, and those of its kinks.
@@ -59,17 +59,17 @@ pub struct Solver<'s> {
     located: Option<Located>,
 }
 
-impl std::fmt::Debug for Solver<'_> {
+impl std::fmt::Debug for Solver {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Solver").field("system", self.system).field("settings", &self.settings).finish_non_exhaustive()
+        f.debug_struct("Solver").field("system", &self.system).field("settings", &self.settings).finish_non_exhaustive()
     }
 }
 
-impl<'s> Solver<'s> {
+impl Solver {
     /// A solver for a system.
-    pub fn new(system: &'s System, settings: Settings) -> Self {
+    pub fn new(system: &System, settings: Settings) -> Self {
         Solver {
-            system,
+            system: system.clone(),
             settings,
             forward: ForwardSweep::new(system, settings.scheme),
             sweeps: vec![AdjointSweep::new(system, settings.scheme)],
@@ -81,8 +81,8 @@ impl<'s> Solver<'s> {
     }
 
     /// The system.
-    pub fn system(&self) -> &'s System {
-        self.system
+    pub fn system(&self) -> &System {
+        &self.system
     }
 
     /// Discards the results that belong to another motion.
@@ -106,7 +106,7 @@ impl<'s> Solver<'s> {
     pub fn simulate(&mut self, inputs: &Inputs) -> Result<&Trajectory, Error> {
         self.forget();
         self.system.check_events(inputs.events.len())?;
-        self.forward.run(self.system, inputs, &self.settings)?;
+        self.forward.run(&self.system, inputs, &self.settings)?;
         Ok(&self.forward.motion.trajectory)
     }
 
@@ -142,7 +142,7 @@ impl<'s> Solver<'s> {
     /// transferred to another grid.
     pub fn adapt(&mut self, inputs: &Inputs, tolerance: f64) -> Result<Inputs, Error> {
         self.drop_motion();
-        self.forward.adapt(self.system, inputs, &self.settings, tolerance)
+        self.forward.adapt(&self.system, inputs, &self.settings, tolerance)
     }
 
     /// The same inputs with the consistent start assembled from a guess ([`Start::Assembled`](crate::Start::Assembled)). No motion is
@@ -168,8 +168,8 @@ impl<'s> Solver<'s> {
     pub fn assemble(&mut self, inputs: &Inputs) -> Result<Inputs, Error> {
         self.drop_motion();
         self.settings.check()?;
-        inputs.check(self.system)?;
-        self.forward.take(self.system, inputs, &self.settings)?;
+        inputs.check(&self.system)?;
+        self.forward.take(&self.system, inputs, &self.settings)?;
         Ok(self.forward.motion.inputs.clone())
     }
 
@@ -216,7 +216,7 @@ impl<'s> Solver<'s> {
     pub fn cost(&self) -> Result<f64, Error> {
         let Motion { trajectory, inputs, .. } = &self.forward.motion;
         trajectory.check_complete(inputs)?;
-        trajectory.cost(self.system, inputs)
+        trajectory.cost(&self.system, inputs)
     }
 
     /// J of the last motion and its derivatives with respect to all inputs, by the discrete adjoint (Eq. 9–12).
@@ -244,7 +244,7 @@ impl<'s> Solver<'s> {
     pub fn outputs(&self) -> Result<DVector<f64>, Error> {
         let Motion { trajectory, inputs, .. } = &self.forward.motion;
         trajectory.check_complete(inputs)?;
-        trajectory.outputs(self.system, inputs)
+        trajectory.outputs(&self.system, inputs)
     }
 
     /// The gradients of all outputs of the last motion, by one backward sweep with a right-hand side for each. It does not change the
@@ -300,13 +300,13 @@ impl<'s> Solver<'s> {
     /// # Errors
     /// As [`pull_back`](Self::pull_back).
     pub fn weighted_gradient(&mut self, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
-        check_weights(self.system, of_cost, of_outputs)?;
+        check_weights(&self.system, of_cost, of_outputs)?;
         self.differentiate(|factors| factors.weigh(of_cost, of_outputs))
     }
 
     /// As [`weighted_gradient`](Self::weighted_gradient), without the gradient at frozen grid phase.
     pub(crate) fn discrete_gradient(&mut self, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
-        check_weights(self.system, of_cost, of_outputs)?;
+        check_weights(&self.system, of_cost, of_outputs)?;
         if self.has_events() {
             return self.differentiate(|factors| factors.weigh(of_cost, of_outputs));
         }

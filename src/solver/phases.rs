@@ -29,7 +29,7 @@ struct Stop {
     jumps: Vec<usize>,
 }
 
-impl Solver<'_> {
+impl Solver {
     /// The same inputs on a grid with a phase between every two events: all zeros of the functions of all events
     /// ([`Scene::event`](crate::Scene::event)) along the motion, in their order. The steps of a phase are equal; there are at least `least` of them, and
     /// they are not longer than the mean of the given ones. Controls remain the same functions of time ([`Inputs::controls_in_time`]), also when events move
@@ -71,7 +71,7 @@ impl Solver<'_> {
     /// As [`simulate`](Self::simulate); a composed grid, a part of a grid, or steps of both signs; a cost at a single node
     /// ([`Sum::Node`](crate::Sum::Node)), which cannot be transferred to another grid; impacts that accumulate.
     pub fn find_phases(&mut self, inputs: &Inputs, least: usize) -> Result<Inputs, Error> {
-        check_new_grid(self.system, inputs)?;
+        check_new_grid(&self.system, inputs)?;
         if inputs.grid.around != [0, 0] {
             return Err(Error::EventsInPart);
         }
@@ -80,7 +80,7 @@ impl Solver<'_> {
         loop {
             // Costs at events are not evaluated yet.
             self.forget();
-            self.forward.run(self.system, &phases, &self.settings)?;
+            self.forward.run(&self.system, &phases, &self.settings)?;
             self.correct_times(&mut found);
             if !self.rebounds(&found, &mut functions)? {
                 self.settle(&mut found)?;
@@ -260,7 +260,7 @@ impl Solver<'_> {
     fn value(&self, functions: &mut EventFunctions, event: usize, node: usize) -> Result<f64, Error> {
         let motion = &self.forward.motion;
         let place = (motion.node_of_whole(node), motion.trajectory.compliance_from(node));
-        functions.value(self.system, event, (&motion.at(node), place))
+        functions.value(&self.system, event, (&motion.at(node), place))
     }
 }
 

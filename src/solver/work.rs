@@ -9,11 +9,11 @@ const COST: usize = 10;
 /// Work of computing the accelerations at one node, relative to that of solving a stage.
 const ACCELERATIONS: usize = 6;
 
-impl Solver<'_> {
+impl Solver {
     /// The work, in the unit of `COST`, by rows (a backward sweep for each of the given outputs of the last motion) and by columns (a
     /// push-forward for each of `variables` variables).
     pub(crate) fn jacobian_work(&self, outputs: &[usize], variables: usize) -> [usize; 2] {
-        let (system, motion) = (self.system, &self.forward.motion);
+        let (system, motion) = (&self.system, &self.forward.motion);
         let (last, stages) = (motion.nodes() - 1, motion.trajectory.last_stage());
         let (all, unknowns) = (1 + stages * last, system.n() + system.m());
         // Number of stages that the sweep of each output passes; `None` without a sweep.

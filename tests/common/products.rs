@@ -25,12 +25,12 @@ pub fn near(what: &str, own: f64, reference: f64, within: f64) {
 }
 
 /// The motion in hyper-dual numbers along two directions.
-pub fn lifted_along<'s>(
-    system: &'s System,
+pub fn lifted_along(
+    system: &System,
     given: &Inputs,
     settings: Settings,
     directions: [&Inputs; 2],
-) -> Result<LiftedSolver<'s, Hyper>, Error> {
+) -> Result<LiftedSolver<Hyper>, Error> {
     let mut lifted = LiftedSolver::<Hyper>::new(system, given, settings)?;
     let mut moved = given.lift::<Hyper>();
     for (part, direction) in (1..).zip(directions) {

@@ -87,7 +87,7 @@ pub fn grid(steps: usize) -> Grid {
     Grid::new(0.2, (0..steps).map(|i| 1.2 / steps as f64 * (1.0 + 0.2 * (0.7 * i as f64).sin())).collect())
 }
 
-fn simulate<'s>(system: &'s System, grid: &Grid, settings: Settings) -> Result<Solver<'s>, Error> {
+fn simulate(system: &System, grid: &Grid, settings: Settings) -> Result<Solver, Error> {
     let mut solver = Solver::new(system, settings);
     solver.simulate(&inputs(system, grid.clone()))?;
     Ok(solver)

@@ -11,7 +11,7 @@ use crate::common::assert_says;
 use crate::impacts::{Lift, rods, usual};
 
 /// The rods with their motion.
-fn moved(system: &System) -> Result<(Solver<'_>, Inputs), Error> {
+fn moved(system: &System) -> Result<(Solver, Inputs), Error> {
     let mut solver = Solver::new(system, Settings::default());
     let given = usual(system);
     solver.simulate(&given)?;

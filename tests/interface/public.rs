@@ -4,13 +4,13 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use hamiltonian_adjoint::check::{self, Input, Part};
-use hamiltonian_adjoint::optimize::{MotionProblem, MultipleShooting};
+use hamiltonian_adjoint::optimize::{MotionProblem, MultipleShooting, Trials};
 use hamiltonian_adjoint::paper_system::{Equation, PaperSystem, Variable};
 use hamiltonian_adjoint::planar::{Body, Frame};
 use hamiltonian_adjoint::scenes::{CartPendulum, CartScene};
 use hamiltonian_adjoint::{
     Compliance, Composition, Control, Coordinate, Cx, Design, Error, Grid, Inputs, KineticEnergy, LiftedSolver, LongSolver,
-    Param, Scalar, Scene, Settings, Solver, Start, System, Trajectory, gradient, gradients, simulate,
+    Mechanics, Param, Scalar, Scene, Settings, Solver, Start, System, Trajectory, gradient, gradients, simulate,
 };
 use nalgebra::{DMatrix, DVector, SVector};
 
@@ -543,4 +543,40 @@ fn public_types_are_debug_and_systems_are_clone() {
     println!("{:?} {solver:?}", CartPendulum::with_links(1).scene());
     assert!(format!("{solver:?}").starts_with("Solver { system: System { n: 6, m: 4, k: 1, .. }"));
     assert!(gradient(&copy, &inputs, Settings::default()).is_ok());
+}
+
+/// A system with its solver.
+struct Machine {
+    system: System,
+    solver: Solver,
+}
+
+fn machine() -> Machine {
+    let (system, _) = cart();
+    let solver = Solver::new(&system, Settings::default());
+    Machine { system, solver }
+}
+
+#[test]
+fn solvers_and_problems_own_their_system_and_may_move_to_another_thread() {
+    fn shared<T: Clone + Send + Sync + 'static>() {}
+    fn owned<T: Send + 'static>() {}
+    shared::<System>();
+    owned::<Solver>();
+    owned::<LongSolver>();
+    owned::<LiftedSolver<Cx>>();
+    owned::<Mechanics>();
+    owned::<MotionProblem>();
+    owned::<Trials>();
+    owned::<MultipleShooting>();
+
+    let Machine { system, mut solver } = machine();
+    let inputs = Inputs::at_rest(&system, Grid::uniform(5, 0.01));
+    let expected = gradient(&system, &inputs, Settings::default()).expect("a gradient");
+    drop(system);
+    let elsewhere = std::thread::spawn(move || {
+        solver.simulate(&inputs).expect("a motion");
+        solver.gradient().expect("a gradient").clone()
+    });
+    assert_eq!(elsewhere.join().expect("no panic"), expected);
 }

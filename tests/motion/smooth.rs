@@ -42,7 +42,7 @@ fn found<'s>(solver: &'s mut Solver, system: &System, steps: usize) -> &'s Gradi
     solver.gradient().expect("a gradient")
 }
 
-fn solver(system: &System, scheme: Scheme) -> Solver<'_> {
+fn solver(system: &System, scheme: Scheme) -> Solver {
     Solver::new(system, Settings { scheme, ..Settings::default() })
 }
 

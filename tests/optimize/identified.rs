@@ -103,7 +103,7 @@ fn with_readings(machine: Machine, readings: &[f64]) -> (System, Vec<Free>) {
     (scene.compile().expect("a scene"), designs.map(|design| Free::design(design).logarithmic()).to_vec())
 }
 
-fn problem<'s>(system: &'s System, inputs: Inputs, free: &[Free]) -> MotionProblem<'s> {
+fn problem(system: &System, inputs: Inputs, free: &[Free]) -> MotionProblem {
     let variables = Variables::new(system, &inputs, free.to_vec()).expect("free");
     MotionProblem::new(system, Settings::default(), inputs, variables).expect("a problem")
 }

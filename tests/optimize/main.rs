@@ -267,7 +267,7 @@ fn constant(system: &System, force: f64) -> Inputs {
     inputs
 }
 
-fn problem(system: &System, force: Control, inputs: Inputs) -> MotionProblem<'_> {
+fn problem(system: &System, force: Control, inputs: Inputs) -> MotionProblem {
     let variables = Variables::new(system, &inputs, vec![Free::control(force)]).expect("free");
     MotionProblem::new(system, Settings::default(), inputs, variables).expect("a problem")
 }

@@ -147,13 +147,13 @@ fn the_start_is_the_point_that_was_evaluated_last() {
 }
 
 /// Everything free that may be, cuts at macro steps, with constraints.
-fn everything<'s>(
-    system: &'s System,
+fn everything(
+    system: &System,
     (settings, grid): (Settings, Grid),
     (force, length): (Control, Design),
     states: &[EndState],
     rail: Coordinate,
-) -> MultipleShooting<'s> {
+) -> MultipleShooting {
     let mut inputs = Inputs::at_rest(system, grid);
     inputs.start = Start::assembled(system);
     inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 3.0 * (0.9 * i as f64).sin());

@@ -182,7 +182,7 @@ fn settings() -> Settings {
     Settings { scheme: Scheme::TR_BDF2, ..Settings::default() }
 }
 
-fn problem<'s>(task: &Task, system: &'s System, axes: &[Axis]) -> Result<MotionProblem<'s>, hamiltonian_adjoint::Error> {
+fn problem(task: &Task, system: &System, axes: &[Axis]) -> Result<MotionProblem, hamiltonian_adjoint::Error> {
     let inputs = Inputs::at_rest(system, Grid::uniform(task.steps, task.time / task.steps as f64));
     let free = axes.iter().map(|axis| Free::control(axis.control).within(-axis.effort, axis.effort).scaled(axis.effort));
     let variables = Variables::new(system, &inputs, free.collect())?;

@@ -11,8 +11,8 @@ use super::problems::Posed;
 const SEGMENTS: usize = 10;
 
 /// A solution with the given number of segments, and the work done.
-struct Solution<'s> {
-    problem: MultipleShooting<'s>,
+struct Solution {
+    problem: MultipleShooting,
     outcome: Outcome,
 }
 
@@ -51,12 +51,12 @@ pub fn solve(posed: &Posed, options: &Options, is_merged: bool) -> Result<(Outco
     Ok((found.outcome, inputs))
 }
 
-fn minimise<'s>(
-    Posed { system, free, constraints, states, .. }: &'s Posed,
+fn minimise(
+    Posed { system, free, constraints, states, .. }: &Posed,
     options: &Options,
     (inputs, segments): (&Inputs, usize),
     guess: impl FnMut(usize, &mut DVector<f64>, &mut DVector<f64>),
-) -> Result<Solution<'s>, Error> {
+) -> Result<Solution, Error> {
     let mut problem = MultipleShooting::new(system, Settings::default(), inputs.clone(), free.clone(), states, segments)?;
     constraints.iter().for_each(|(output, to)| problem.constrain(*output, *to));
     problem.guess(guess)?;

@@ -111,7 +111,7 @@ impl<'a> March<'a> {
 }
 
 /// The mechanics of a scene at a state, without its controls.
-pub fn mechanics<'s>(system: &'s System, at: &State) -> Mechanics<'s> {
+pub fn mechanics(system: &System, at: &State) -> Mechanics {
     Mechanics::new(system, at.q, at.v).and_then(|here| here.at_time(at.time)).expect("a state of this scene")
 }
 

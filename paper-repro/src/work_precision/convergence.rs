@@ -151,7 +151,7 @@ impl GridOfCase {
     }
 
     /// The timed jobs: J and, if there is one, the gradient; each has its own solver.
-    fn jobs<'a>(&'a self, system: &'a System) -> Vec<Job<'a>> {
+    fn jobs(&self, system: &System) -> Vec<Job<'_>> {
         let mut solver = Solver::new(system, self.settings);
         let cost: Job = Box::new(move || {
             solver.simulate(&self.inputs)?;

@@ -35,14 +35,14 @@ impl<'a> Subject<'a> {
         }
     }
 
-    pub(super) fn solved(&self) -> Result<(Solver<'a>, Gradient), Error> {
+    pub(super) fn solved(&self) -> Result<(Solver, Gradient), Error> {
         let mut solver = Solver::new(self.system, self.settings);
         solver.simulate(self.inputs)?;
         let gradient = solver.gradient_of(self.which)?.clone();
         Ok((solver, gradient))
     }
 
-    pub(super) fn lifted<R: Real>(&self) -> Result<LiftedSolver<'a, R>, Error> {
+    pub(super) fn lifted<R: Real>(&self) -> Result<LiftedSolver<R>, Error> {
         LiftedSolver::new(self.system, self.inputs, self.settings)
     }
 }

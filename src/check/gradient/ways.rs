@@ -30,8 +30,8 @@ const OF_TERMS: f64 = 1e-4;
 /// Motions computed with another number type, and ordinary ones near the one at the inputs.
 pub(super) struct Way<'a, R: Real> {
     subject: Subject<'a>,
-    solver: LiftedSolver<'a, R>,
-    beside: RefCell<Solver<'a>>,
+    solver: LiftedSolver<R>,
+    beside: RefCell<Solver>,
     /// True if the motion can be computed with this number type.
     pub goes_through: bool,
     /// The largest [`LiftedSolver::rounding`] of all motions.

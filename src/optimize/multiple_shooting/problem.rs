@@ -8,7 +8,7 @@ use super::super::segment::Segment;
 use super::MultipleShooting;
 use crate::{Error, Report, Warning};
 
-impl Problem for MultipleShooting<'_> {
+impl Problem for MultipleShooting {
     fn variables(&self) -> usize {
         self.names.len()
     }
@@ -140,7 +140,7 @@ fn places(rows: &[usize]) -> HashMap<usize, usize> {
     rows.iter().enumerate().map(|(k, &row)| (row, k)).collect()
 }
 
-impl MultipleShooting<'_> {
+impl MultipleShooting {
     /// The outputs of a segment that contribute to rows with these positions, each with its position.
     fn outputs_in(&self, segment: usize, places: &HashMap<usize, usize>) -> Vec<(usize, usize)> {
         let joints = self.joints(segment).map(|(row, output, _)| (row, output));

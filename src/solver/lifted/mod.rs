@@ -38,8 +38,8 @@ use crate::{Error, Inputs, Report, Settings, Solver, Start, System, Trajectory, 
 /// # assert!((derivative - gradient.controls[(0, 3)]).abs() < 1e-12);
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
-pub struct LiftedSolver<'s, R: Real> {
-    real: Solver<'s>,
+pub struct LiftedSolver<R: Real> {
+    real: Solver,
     refinement: Refinement,
     lifted: Lifted<R>,
 }
@@ -73,18 +73,18 @@ struct Near<'a> {
     report: &'a mut Report,
 }
 
-impl<R: Real> std::fmt::Debug for LiftedSolver<'_, R> {
+impl<R: Real> std::fmt::Debug for LiftedSolver<R> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("LiftedSolver").field("real", &self.real).finish_non_exhaustive()
     }
 }
 
-impl<'s, R: Real> LiftedSolver<'s, R> {
+impl<R: Real> LiftedSolver<R> {
     /// A solver for inputs near the given ones; computes the real motion.
     ///
     /// # Errors
     /// As [`Solver::simulate`].
-    pub fn new(system: &'s System, inputs: &Inputs, settings: Settings) -> Result<Self, Error> {
+    pub fn new(system: &System, inputs: &Inputs, settings: Settings) -> Result<Self, Error> {
         let mut real = Solver::new(system, settings);
         real.simulate(inputs)?;
         let (n, m) = (system.n(), system.m());
@@ -125,8 +125,8 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
         let assembled = self.assembled(inputs, &design)?;
         let inputs = assembled.as_ref().unwrap_or(inputs);
         self.lifted.begin(self.refinement.refine(inputs), inputs, &design);
-        let system = self.real.system();
-        let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
+        let Solver { system, forward, .. } = &mut self.real;
+        let ForwardSweep { motion, stepper, monitor, .. } = forward;
         let mut near =
             Near { system, motion, linearisation: &mut stepper.newton.linearisation, report: &mut monitor.report };
         self.lifted.start(&mut near)?;
@@ -180,14 +180,14 @@ impl<'s, R: Real> LiftedSolver<'s, R> {
     }
 
     /// The real motion.
-    pub fn real(&self) -> &Solver<'s> {
+    pub fn real(&self) -> &Solver {
         &self.real
     }
 
     /// The inputs with the start assembled from a guess; `None` if the start is not a guess.
     fn assembled(&mut self, inputs: &Inputs<R>, design: &[R]) -> Result<Option<Inputs<R>>, Error> {
-        let system = self.real.system();
-        let ForwardSweep { motion, stepper, monitor, .. } = self.real.forward_mut();
+        let Solver { system, forward, .. } = &mut self.real;
+        let ForwardSweep { motion, stepper, monitor, .. } = forward;
         let (linearisation, report) = (&mut stepper.newton.linearisation, &mut monitor.report);
         let (Start::Assembled { q, v, .. }, Some(assembly)) = (&inputs.start, &motion.assembly) else { return Ok(None) };
         let near = (assembly, motion.at(0).into());

@@ -47,8 +47,8 @@ const SPARE: usize = 8;
 /// assert_eq!(long.controls, gradient(&system, &inputs, Settings::default())?.controls);
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
-pub struct LongSolver<'s> {
-    system: &'s System,
+pub struct LongSolver {
+    system: System,
     settings: Settings,
     bytes: usize,
     /// The nodes of the given grid, and whether it has events.
@@ -74,19 +74,19 @@ pub struct LongSolver<'s> {
     values: Option<Values>,
 }
 
-impl std::fmt::Debug for LongSolver<'_> {
+impl std::fmt::Debug for LongSolver {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("LongSolver").field("system", self.system).field("bytes", &self.bytes).finish_non_exhaustive()
+        f.debug_struct("LongSolver").field("system", &self.system).field("bytes", &self.bytes).finish_non_exhaustive()
     }
 }
 
-impl<'s> LongSolver<'s> {
+impl LongSolver {
     /// A solver that stores at most `bytes` of a motion, including its copies of the inputs and the gradient.
     ///
     /// The workspace of one step is additional: about 4 kB per body of a chain, and 1 kB for each output of [`jacobian`](Self::jacobian).
-    pub fn new(system: &'s System, settings: Settings, bytes: usize) -> Self {
+    pub fn new(system: &System, settings: Settings, bytes: usize) -> Self {
         LongSolver {
-            system,
+            system: system.clone(),
             settings: Settings { keep_adjoint: false, ..settings },
             bytes,
             given: 0,
@@ -131,7 +131,7 @@ impl<'s> LongSolver<'s> {
     /// # Errors
     /// As [`gradient`](Self::gradient), or a number of weights that differs from that of the outputs, or a weight that is not finite.
     pub fn weighted_gradient(&mut self, inputs: &Inputs, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
-        check_weights(self.system, of_cost, of_outputs)?;
+        check_weights(&self.system, of_cost, of_outputs)?;
         self.follow_kinks(inputs, |factors| factors.weigh(of_cost, of_outputs))?;
         Ok(&self.sweeps[0].gradient)
     }
@@ -158,37 +158,35 @@ impl<'s> LongSolver<'s> {
         count: usize,
         choose: impl Fn(usize, &mut CostFactors),
     ) -> Result<(), Error> {
-        let LongSolver { system, settings, .. } = *self;
         self.compute(inputs, (count + inputs.events.len(), false))?;
         for (k, sweep) in self.sweeps.iter_mut().enumerate() {
-            sweep.begin(system, &self.forward.motion, &settings)?;
+            sweep.begin(&self.system, &self.forward.motion, &self.settings)?;
             let factors = &mut sweep.cost.factors;
             if k < count { choose(k, factors) } else { factors.choose_event(k - count) }
         }
         self.back_to_start()?;
-        self.sweeps.iter_mut().try_for_each(|sweep| sweep.finish(system, &self.forward.monitor.report))?;
+        self.sweeps.iter_mut().try_for_each(|sweep| sweep.finish(&self.system, &self.forward.monitor.report))?;
         if inputs.events.is_empty() {
             return Ok(());
         }
         let rows = self.sweeps.drain(count..).map(|sweep| sweep.gradient).collect();
-        let unlocated = self.phase.unlocated(system, &self.forward.motion);
-        let located = Located::new(system, &self.forward.motion, (rows, unlocated))?;
+        let unlocated = self.phase.unlocated(&self.system, &self.forward.motion);
+        let located = Located::new(&self.system, &self.forward.motion, (rows, unlocated))?;
         self.sweeps.iter_mut().for_each(|sweep| located.complete(&mut sweep.gradient));
         Ok(())
     }
 
     /// Computes the motion and the backward sweeps of one gradient.
     fn follow_kinks(&mut self, inputs: &Inputs, choose: impl Fn(&mut CostFactors)) -> Result<(), Error> {
-        let LongSolver { system, settings, .. } = *self;
         if !inputs.events.is_empty() {
             self.differentiate(inputs, 1, |_, factors| choose(factors))?;
             self.adjoint_report = std::mem::take(&mut self.sweeps[0].report);
             return Ok(());
         }
-        self.compute(inputs, (GridPhase::sweeps(system), true))?;
-        self.phase.begin_back(&mut self.sweeps, system, &self.forward.motion, &settings, choose)?;
+        self.compute(inputs, (GridPhase::sweeps(&self.system), true))?;
+        self.phase.begin_back(&mut self.sweeps, &self.system, &self.forward.motion, &self.settings, choose)?;
         self.back_to_start()?;
-        self.phase.finish(&mut self.sweeps, system, &self.forward.motion, &self.forward.monitor.report)?;
+        self.phase.finish(&mut self.sweeps, &self.system, &self.forward.motion, &self.forward.monitor.report)?;
         self.adjoint_report = std::mem::take(&mut self.sweeps[0].report);
         Ok(())
     }
@@ -196,8 +194,7 @@ impl<'s> LongSolver<'s> {
     /// Computes the motion with checkpoints for these sweeps, and examines its kinks if sweeps `follow` them. A plan for the motion alone has no
     /// checkpoints, so there is at least one sweep.
     fn compute(&mut self, inputs: &Inputs, (sweeps, follow): (usize, bool)) -> Result<(), Error> {
-        let LongSolver { system, settings, .. } = *self;
-        self.sweeps.resize_with(sweeps, || AdjointSweep::new(system, settings.scheme));
+        self.sweeps.resize_with(sweeps, || AdjointSweep::new(&self.system, self.settings.scheme));
         self.follows = follow;
         self.begin(inputs)?;
         if !self.forward_to_end(self.plan.part(), &mut |_| ())? {
@@ -205,7 +202,7 @@ impl<'s> LongSolver<'s> {
             self.plan = self.plan_within(self.bytes, taken).ok_or_else(|| self.too_little(taken, 0))?;
             self.forward.motion.make_room(self.plan.window + HISTORY);
             self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
-            self.forward.begin_again(system, &settings)?;
+            self.forward.begin_again(&self.system, &self.settings)?;
             self.forward_to_end(self.plan.part(), &mut |_| ())?;
         }
         Ok(())
@@ -256,7 +253,7 @@ impl<'s> LongSolver<'s> {
         if inputs.events.is_empty() {
             return Ok(());
         }
-        let taken = self.forward.locate(self.system, inputs, &self.settings).map_err(|error| match error {
+        let taken = self.forward.locate(&self.system, inputs, &self.settings).map_err(|error| match error {
             Error::Memory { needed, .. } => self.too_little(2 * needed, 0),
             error => error,
         })?;
@@ -270,7 +267,7 @@ impl<'s> LongSolver<'s> {
         self.checkpoints = Vec::new();
         (self.computed, self.values) = (0, None);
         self.settings.check()?;
-        inputs.check(self.system)?;
+        inputs.check(&self.system)?;
         (self.given, self.has_events) = (inputs.grid.nodes(), !inputs.events.is_empty());
         self.timed_bytes = Timed::bytes(inputs);
         let tight = self.plan_within(self.bytes, self.given).ok_or_else(|| self.too_little(self.given, 0))?;
@@ -279,7 +276,7 @@ impl<'s> LongSolver<'s> {
         self.plan = roomy.filter(|roomy| roomy.levels == tight.levels).unwrap_or(tight);
         self.checkpoints.reserve_exact(self.plan.checkpoints * self.plan.levels);
         self.forward.motion.ahead.most_nodes = self.plan.nodes;
-        self.forward.begin(self.system, inputs, self.plan.window + HISTORY, &self.settings)
+        self.forward.begin(&self.system, inputs, self.plan.window + HISTORY, &self.settings)
     }
 
     /// Computes the motion from node 0 on, with a checkpoint after every `every` nodes. Returns false if there were more nodes than planned,
@@ -288,11 +285,11 @@ impl<'s> LongSolver<'s> {
         // The refinements of the sweeps are set up again before the backward sweep.
         self.sweeps.iter_mut().for_each(|sweep| sweep.refinement = Refinement::default());
         let (refinement, inserted) = (self.forward.motion.refinement(), self.forward.motion.trajectory.inserted.len());
-        let mut sums = Sums::new(self.system, &refinement);
+        let mut sums = Sums::new(&self.system, &refinement);
         let examines = !self.sweeps.is_empty() && (self.follows || self.has_events);
         if examines {
             let ForwardSweep { motion, stepper, .. } = &self.forward;
-            self.phase.begin(self.system, &stepper.newton.linearisation.evaluation, motion);
+            self.phase.begin(&self.system, &stepper.newton.linearisation.evaluation, motion);
         }
         let (mut shown, mut as_planned) = (0, true);
         loop {
@@ -307,12 +304,12 @@ impl<'s> LongSolver<'s> {
                 visit(&self.forward.state(node));
                 known.iter().for_each(|refinement| self.phase.examine(motion, refinement, node));
                 if is_known {
-                    sums.add(self.system, &self.forward.motion, node);
+                    sums.add(&self.system, &self.forward.motion, node);
                 }
             }
             (shown, self.computed) = (reached, reached);
             let is_complete = reached == self.forward.motion.nodes();
-            self.values = (is_known && is_complete).then(|| sums.values(self.system));
+            self.values = (is_known && is_complete).then(|| sums.values(&self.system));
             let has_room = result?;
             if is_complete {
                 self.forward.warn_of_events();
@@ -351,7 +348,7 @@ impl<'s> LongSolver<'s> {
     /// Computes the nodes before `end`, as far as the window has room.
     fn advance(&mut self, end: usize) -> Result<bool, Error> {
         let room = self.forward.motion.first + self.plan.window + HISTORY;
-        self.forward.advance(self.system, &self.settings, room.min(end))
+        self.forward.advance(&self.system, &self.settings, room.min(end))
     }
 
     fn slide_if_full(&mut self) {
@@ -368,14 +365,14 @@ impl<'s> LongSolver<'s> {
         if to - from > self.plan.window {
             return self.split(from, to);
         }
-        self.forward.advance(self.system, &self.settings, to + 1)?;
+        self.forward.advance(&self.system, &self.settings, to + 1)?;
         debug_assert!(self.forward.reached() > to, "the steps computed before succeed again");
         let last = if from == 0 { 0 } else { from + 1 };
         let ForwardSweep { motion, stepper, watch, .. } = &mut self.forward;
         let (sweeps, linearisation, nodes) = (&mut self.sweeps[..], &mut stepper.newton.linearisation, last..to + 1);
         match self.follows {
-            true => self.phase.back(sweeps, self.system, motion, linearisation, (nodes, watch)),
-            false => AdjointSweep::back(sweeps, self.system, motion, linearisation, (nodes, watch)),
+            true => self.phase.back(sweeps, &self.system, motion, linearisation, (nodes, watch)),
+            false => AdjointSweep::back(sweeps, &self.system, motion, linearisation, (nodes, watch)),
         }
     }
 
@@ -408,7 +405,7 @@ impl<'s> LongSolver<'s> {
                 self.forward.load(checkpoint);
                 Ok(())
             }
-            None => self.forward.begin_again(self.system, &self.settings),
+            None => self.forward.begin_again(&self.system, &self.settings),
         }
     }
 }

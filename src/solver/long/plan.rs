@@ -32,7 +32,7 @@ impl Plan {
     }
 }
 
-impl LongSolver<'_> {
+impl LongSolver {
     pub(super) fn bytes_per_node(&self) -> usize {
         let every = if self.leaves_out { 1 } else { self.settings.rebase_every };
         self.system.bytes_per_node(&Settings { rebase_every: every, ..self.settings })

@@ -45,7 +45,7 @@ impl<'a> Sums<'a> {
     }
 }
 
-impl LongSolver<'_> {
+impl LongSolver {
     /// J of the last motion, equal to that of a [`Solver`](crate::Solver). If steps were halved, the motion is computed once more for J and
     /// [`outputs`](Self::outputs).
     ///
@@ -72,7 +72,7 @@ impl LongSolver<'_> {
         if self.values.is_none() {
             // Recomputed parts are not reported to the progress callback.
             self.forward.watch.turn();
-            self.forward.begin_again(self.system, &self.settings)?;
+            self.forward.begin_again(&self.system, &self.settings)?;
             let again = self.forward_to_end(usize::MAX, &mut |_| ());
             // An error at the end was returned before, and all nodes are complete.
             again.map(|_| ()).or_else(|error| if self.values.is_some() { Ok(()) } else { Err(error) })?;
