@@ -105,6 +105,8 @@ mod scheme;
 mod settings;
 mod solver;
 mod system;
+#[cfg(feature = "files")]
+mod text;
 mod warning;
 
 pub use adjoint::{AdjointVariables, Gradient};

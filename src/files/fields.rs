@@ -3,6 +3,7 @@
 use serde_json::{Map, Value};
 
 use crate::model::{Control, Coordinate, Param};
+use crate::text::Mistake;
 use crate::{Error, Scene};
 
 /// The fields of an entry, and the names of those that were read.
@@ -83,8 +84,9 @@ impl<'a> Fields<'a> {
     fn as_param(&self, name: &str, value: &Value, scene: &Scene) -> Result<Param, Error> {
         match value {
             Value::Number(number) => number.as_f64().map(Param::from).ok_or_else(|| self.wrong("the number is too large")),
-            Value::String(text) => Param::read(text, |design| scene.design_named(design).map(Param::from))
-                .map_err(|(column, problem)| self.wrong(&format!("`{name}`, character {column} of its formula: {problem}"))),
+            Value::String(text) => Param::read(text, |design| scene.design_named(design).map(Param::from)).map_err(
+                |Mistake { column, problem }| self.wrong(&format!("`{name}`, character {column} of its formula: {problem}")),
+            ),
             _ => Err(self.wrong(&format!("`{name}` must be a number or a formula in quotes"))),
         }
     }

@@ -3,8 +3,10 @@
 //! Files may come from untrusted sources: sizes are bounded by the length of the text, and errors contain the place of the problem.
 
 mod fields;
+mod formulas;
 mod gradient;
 mod inputs;
+mod lists;
 mod names;
 mod ready_costs;
 mod report;

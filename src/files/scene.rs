@@ -1,13 +1,15 @@
-//! [`Scene`] to and from JSON: its ready-made parts, in the order in which they were added.
+//! [`Scene`] to and from JSON: its parts, in the order in which they were added.
 
 use serde_json::{Map, Value, json};
 
 use super::fields::{Fields, wrong};
+use super::formulas::{COST, ELEMENTS, EVENT, OUTPUT, TERM};
 use super::names::Unique;
 use super::ready_costs::{EFFORT, END_STATE, READING, TIME};
 use crate::model::{Frame, Owner, Param, Point};
 use crate::planar::{Body, KINDS, MOTIONS};
 use crate::scene::ready::{Added, Kind, Part, ReadyCost};
+use crate::system::Connections;
 use crate::{Error, Scene};
 
 const FORMAT: &str = "hamiltonian-adjoint scene";
@@ -16,10 +18,10 @@ const VERSION: u32 = 1;
 /// A scene read from a file, with the names of parts that the file could not contain.
 #[derive(Debug)]
 pub struct SceneFile {
-    /// The scene with its ready-made parts; find handles by name ([`Scene::coordinate_named`], [`Scene::output_named`] and similar).
+    /// The scene; find handles of its parts by name ([`Scene::coordinate_named`], [`Scene::output_named`] and similar).
     pub scene: Scene,
-    /// Names of user-defined elements, costs and outputs, of parts and costs whose parameters cannot be written as text, and of everything
-    /// that belongs to such bodies or is connected to them. Without these the scene describes another mechanism or another J.
+    /// Names of user-defined elements, costs and events whose formulas branch on a value, of parts and costs whose parameters cannot be written as text,
+    /// and of everything that belongs to such bodies or is connected to them. Without these the scene describes another mechanism or another J.
     pub left_out: Vec<String>,
 }
 
@@ -34,7 +36,7 @@ impl SceneFile {
             Some(name) => Err(wrong(
                 "`left_out`",
                 &format!(
-                    "`{name}` is not a ready-made part that a file can store, so the file contains only its name: add the part to `SceneFile::scene`"
+                    "`{name}` cannot be stored (its formula branches on a value, or a name or number in it cannot be written), so the file contains only its name: add the part to `SceneFile::scene`"
                 ),
             )),
         }
@@ -64,8 +66,9 @@ impl SceneFile {
 }
 
 impl Scene {
-    /// The scene as JSON: coordinates, controls, design variables, bodies, ready-made parts, costs and outputs. For user-defined elements,
-    /// costs and outputs, only the names are written.
+    /// The scene as JSON: coordinates, controls, design variables, bodies, ready-made parts, costs, outputs and events. Formulas of user-defined
+    /// elements and costs are written as text, such that the scene that is read compiles to the same programs; of those that branch on a value, only the
+    /// names are written.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Scene, SceneFile, planar::Body};
@@ -94,7 +97,7 @@ impl Scene {
         let designs = self.design_names();
         let mut missing: Vec<Frame> = Vec::new();
         for (name, added) in self.added() {
-            match self.write(name, added, &designs).filter(|_| !is_joined(added, &missing)) {
+            match self.write(name, added, &designs).filter(|_| !self.is_joined(added, &missing, &left_out)) {
                 Some(part) => parts.push(part),
                 None => {
                     if let Added::Body(..) | Added::Particle(..) = added {
@@ -122,6 +125,9 @@ impl Scene {
             None => param.text(designs).map(Value::String),
         };
         Some(match added {
+            Added::Element(place) => self.write_element(*place, &param)?,
+            Added::Function(which) => self.write_function(*which, &param)?,
+            Added::Output => json!({ "kind": OUTPUT, "name": name }),
             Added::Cost(cost) => self.write_cost(name, cost, param)?,
             Added::Control => json!({ "kind": "control", "name": name }),
             Added::Design(value) => json!({ "kind": "design variable", "name": name, "value": value }),
@@ -200,7 +206,11 @@ impl Fields<'_> {
                 scene.particle(name, mass, self.numbers("place")?);
             }
             EFFORT | TIME | END_STATE | READING => self.add_cost(kind, name, scene)?,
+            COST | OUTPUT | TERM | EVENT => self.add_function(kind, name, scene)?,
             _ => {
+                if let Some((_, element, lists)) = ELEMENTS.into_iter().find(|(known, ..)| *known == kind) {
+                    return self.add_element((element, lists), name, scene);
+                }
                 let known = || KINDS.map(|kind| kind.name).join(", ");
                 let kind = KINDS.into_iter().find(|known| known.name == kind);
                 let kind = kind
@@ -262,22 +272,33 @@ impl Scene {
     fn frame_name(&self, frame: Frame) -> Option<&str> {
         self.sketched().find(|(_, known)| *known == frame).map(|(name, _)| name)
     }
+
+    /// True if the item belongs to one of these bodies, or is connected to one or to a constraint with one of these names.
+    fn is_joined(&self, added: &Added, bodies: &[Frame], names: &[String]) -> bool {
+        let reads = |to: &Connections| {
+            let is_missing = |j: &usize| self.constraint_of(*j).is_some_and(|name| names.iter().any(|known| known == name));
+            to.q.iter().any(|q| is_of(*q, bodies)) || to.sigma.iter().any(is_missing)
+        };
+        match added {
+            Added::Place(of, _)
+            | Added::Cost(ReadyCost::EndState { coordinate: of } | ReadyCost::Reading { coordinate: of, .. }) => {
+                is_of(of.index(), bodies)
+            }
+            Added::Part(part) => part.points.iter().any(|point| bodies.contains(&point.frame)),
+            Added::Element(place) => reads(&self.element(*place).to),
+            Added::Function(which) => reads(&self.function(*which).0.of.to),
+            _ => false,
+        }
+    }
 }
 
-/// True if the item belongs to one of these bodies, or is connected to one.
-fn is_joined(added: &Added, bodies: &[Frame]) -> bool {
-    match added {
-        Added::Place(of, _)
-        | Added::Cost(ReadyCost::EndState { coordinate: of } | ReadyCost::Reading { coordinate: of, .. }) => {
-            bodies.iter().any(|body| match body.owner() {
-                Owner::Ground => false,
-                Owner::Body(q) => q.contains(of),
-                Owner::Particle(q) => q.contains(of),
-            })
-        }
-        Added::Part(part) => part.points.iter().any(|point| bodies.contains(&point.frame)),
-        _ => false,
-    }
+/// True if the coordinate belongs to one of these bodies.
+fn is_of(coordinate: usize, bodies: &[Frame]) -> bool {
+    bodies.iter().any(|body| match body.owner() {
+        Owner::Ground => false,
+        Owner::Body(q) => q.iter().any(|q| q.index() == coordinate),
+        Owner::Particle(q) => q.iter().any(|q| q.index() == coordinate),
+    })
 }
 
 fn has_null(part: &Value) -> bool {

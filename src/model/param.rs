@@ -186,7 +186,12 @@ impl Param {
         }
     }
 
-    fn combine(self, other: Param, number: fn(f64, f64) -> f64, node: fn(&mut Graph, Node, Node) -> Node) -> Param {
+    fn combine(
+        self,
+        other: Param,
+        number: impl Fn(f64, f64) -> f64,
+        node: impl Fn(&mut Graph, Node, Node) -> Node,
+    ) -> Param {
         match (self.of, other.of) {
             (Source::One, Source::One) => Param::from(number(self.factor, other.factor)),
             _ => Param::expression(&[self, other], &|graph, of| node(graph, of[0], of[1])),

@@ -66,6 +66,12 @@ impl Symbol {
         Symbol { node: GRAPH.with_borrow_mut(|graph| graph.parameter(which)), value }
     }
 
+    /// The value if it is a constant of the formula.
+    #[cfg(feature = "files")]
+    pub(crate) fn constant(self) -> Option<f64> {
+        GRAPH.with_borrow(|graph| graph.value(self.node))
+    }
+
     fn look(&self) -> f64 {
         if GRAPH.with_borrow_mut(|graph| graph.look_at(self.node)) {
             note_look();

@@ -104,7 +104,7 @@ impl Scene {
     pub fn output(&mut self, name: &str) -> Output {
         let output = self.parts.outputs.len();
         self.parts.scene.begin_part();
-        self.recipe.note_output(name, output);
+        self.recipe.note(name, || Added::Output);
         self.parts.outputs.push(name.to_string());
         Output(self.parts.scene.handle(output))
     }
@@ -267,14 +267,10 @@ impl Scene {
         b: &[Param],
     ) {
         let to = self.connect(name, (q, sigma, u, b));
-        // The name of a user-defined output already records its term of the same name.
-        let is_said = |output: usize| self.parts.outputs[output] == name && self.recipe.is_own(output);
-        if !output.checked_sub(1).is_some_and(is_said) {
-            self.recipe.note_own(name);
-        }
         self.costs_named.push(name.to_string());
         if let Some(to) = to {
-            self.parts.costs.push(PlacedCost::new((name, output), (cost, sum), to));
+            let place = self.parts.costs.push(PlacedCost::new((name, output), (cost, sum), to));
+            self.recipe.note(name, || Added::Function(place));
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Events of a scene.
 
 use super::Scene;
+use super::ready::Added;
 use crate::model::element::{Cost, ListCost, Sum};
 use crate::model::{Control, Coordinate, Event, Multiplier, Param};
 use crate::system::{Connections, EVENTS, Fixed, PlacedCost};
@@ -76,10 +77,10 @@ impl Scene {
     ) -> Event {
         let event = self.parts.events.len();
         self.parts.scene.begin_part();
-        self.recipe.note_own(name);
         self.parts.events.push(name.to_string());
         if let Some(to) = self.connect(name, (q, sigma, u, b)) {
-            self.parts.costs.push(PlacedCost::new((name, EVENTS + event), (function, Sum::AllNodes), to));
+            let place = self.parts.costs.push(PlacedCost::new((name, EVENTS + event), (function, Sum::AllNodes), to));
+            self.recipe.note(name, || Added::Function(place));
         }
         Event(self.parts.scene.handle(event))
     }

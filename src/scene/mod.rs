@@ -6,6 +6,8 @@ pub mod axis;
 mod checks;
 mod costs;
 mod events;
+#[cfg(feature = "files")]
+mod formulas;
 mod lists;
 mod named;
 pub mod planar;
@@ -29,6 +31,8 @@ use crate::system::{
 };
 use crate::{Error, System};
 pub use costs::EndState;
+#[cfg(feature = "files")]
+pub(crate) use formulas::Summed;
 use ready::{Added, Recipe};
 
 /// A mechanism under construction.
@@ -303,7 +307,6 @@ impl Scene {
         u: &[Control],
         b: &[Param],
     ) {
-        self.recipe.note_own(name);
         self.elements.push(name.to_string());
         let known = self.check(name, "coordinate", q.iter().map(|q| q.0))
             & self.check(name, "control", u.iter().map(|u| u.0))
@@ -318,7 +321,8 @@ impl Scene {
             u: u.iter().map(|u| u.index()).collect(),
             b: b.to_vec(),
         };
-        self.parts.batches.push(batch, PlacedElement::new(name, formula, to));
+        let place = self.parts.batches.push(batch, PlacedElement::new(name, formula, to));
+        self.recipe.note(name, || Added::Element(place));
     }
 
     /// Adds the equations of a constraint.

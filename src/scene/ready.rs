@@ -1,9 +1,9 @@
-//! The ready-made parts of a scene as data, in the order in which they were added: the content of a scene file.
+//! The parts of a scene as data, in the order in which they were added: the content of a scene file.
 
 use crate::Scene;
 use crate::model::{Control, Coordinate, Frame, Multiplier, Param, Point};
 
-/// A ready-made part of a scene, as opposed to user-defined elements, costs and outputs.
+/// A part of a scene: ready-made, or a formula of the user.
 #[derive(Clone, Debug)]
 #[cfg_attr(not(feature = "files"), expect(dead_code, reason = "read only by `files`"))]
 pub(crate) enum Added {
@@ -21,6 +21,12 @@ pub(crate) enum Added {
     Particle(Param, [f64; 2]),
     Part(Part),
     Cost(ReadyCost),
+    /// A user-defined element: its batch, and its place there.
+    Element((usize, usize)),
+    /// A user-defined cost, term of an output or function of an event, by its number.
+    Function(usize),
+    /// A user-defined output.
+    Output,
 }
 
 /// A ready-made cost or output.
@@ -126,12 +132,10 @@ impl Kind {
 /// The recorded parts of a scene.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Recipe {
-    /// Ready-made parts with their names.
+    /// Parts with their names.
     pub(super) added: Vec<(String, Added)>,
-    /// Names of user-defined elements, costs and outputs.
+    /// Names of parts that a file cannot store.
     pub(super) own: Vec<String>,
-    /// Outputs that belong to ready-made costs.
-    ready_outputs: Vec<usize>,
     within: bool,
 }
 
@@ -146,17 +150,6 @@ impl Recipe {
         if !self.within {
             self.own.push(name.to_string());
         }
-    }
-
-    pub(super) fn note_output(&mut self, name: &str, output: usize) {
-        match self.within {
-            true => self.ready_outputs.push(output),
-            false => self.note_own(name),
-        }
-    }
-
-    pub(super) fn is_own(&self, output: usize) -> bool {
-        self.ready_outputs.binary_search(&output).is_err()
     }
 }
 
@@ -230,6 +223,14 @@ impl Scene {
         self.parts.designs.iter().map(|(name, _)| name.as_str()).collect()
     }
 
+    pub(crate) fn coordinate_names(&self) -> &[String] {
+        &self.parts.coordinates
+    }
+
+    pub(crate) fn control_names(&self) -> &[String] {
+        &self.parts.controls
+    }
+
     pub(crate) fn coordinate_name(&self, of: Coordinate) -> &str {
         &self.parts.coordinates[of.index()]
     }
@@ -243,12 +244,12 @@ impl Scene {
         self.parts.sketch.bodies.iter().map(|(name, frame)| (name.as_str(), *frame))
     }
 
-    /// All ready-made parts with their names, in the order in which they were added.
+    /// All parts with their names, in the order in which they were added.
     pub(crate) fn added(&self) -> &[(String, Added)] {
         &self.recipe.added
     }
 
-    /// Names of user-defined elements, costs and outputs.
+    /// Names of parts that a file cannot store.
     pub(crate) fn own(&self) -> &[String] {
         &self.recipe.own
     }

@@ -22,6 +22,8 @@ pub(crate) use formula::{
     AnyElement, Applied, Connections, Covector, ElementKind, Entry, Fixed, Holonomic, InputRows, Kinetic, Lists, NodeValues,
     NodeView, Pair, PlacedElement, Positions, Potential, Restricted, SEEDS, StateRows, Sums, Within,
 };
+#[cfg(feature = "files")]
+pub(crate) use formula::{GraphFormula, Placed, Recordable, Shape, Slot};
 pub(crate) use kinks::Kinks;
 pub(crate) use report::Order;
 #[cfg(test)]

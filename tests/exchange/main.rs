@@ -8,6 +8,8 @@ mod extremes;
 #[cfg(feature = "files")]
 mod files;
 #[cfg(feature = "files")]
+mod formulas;
+#[cfg(feature = "files")]
 mod pipe;
 mod progress;
 #[cfg(feature = "files")]

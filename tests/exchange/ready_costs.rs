@@ -1,8 +1,8 @@
 //! Ready costs and outputs in scene files: the same J, outputs and gradient, to the last bit.
 use crate::common::assert_says;
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::scenes::AngleError;
-use hamiltonian_adjoint::{Gradient, Grid, Inputs, Scene, SceneFile, Settings, Solver, Sum};
+use hamiltonian_adjoint::{Cost, CostPoint, Gradient, Grid, Inputs, Scalar, Scene, SceneFile, Settings, Solver, Sum};
+use nalgebra::SVector;
 
 /// A cart that is pushed, and what it costs; the names of outputs in their order.
 fn scene() -> (Scene, Vec<String>) {
@@ -72,16 +72,25 @@ fn outputs_and_multipliers_are_found_by_name() {
     assert!(was.end_state_of(is_x).is_none() && is.end_state_of(angle).is_none());
 }
 
+/// A formula that branches on a value, so that it has no graph.
+struct Branch;
+
+impl Cost<1, 0, 0, 0> for Branch {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        if at.q[0].re() > 0.5 { at.q[0] } else { at.q[0] * at.q[0] }
+    }
+}
+
 #[test]
 fn costs_and_outputs_that_a_file_cannot_hold_are_named_once() {
     let (mut scene, _) = scene();
     let x = scene.coordinate_named("cart.x").expect("there");
-    scene.cost("aim", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
+    scene.cost("aim", Branch, Sum::Terminal, [x], [], [], []);
     let [own, seen] = [scene.output("own"), scene.reading("seen", x, 2, 0.0, 1.0)];
-    scene.term(own, "own", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
-    scene.term(seen, "more", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
+    scene.term(own, "own", Branch, Sum::Terminal, [x], [], [], []);
+    scene.term(seen, "more", Branch, Sum::Terminal, [x], [], [], []);
     // One that has the name of the ready output that it adds to.
-    scene.term(seen, "seen", AngleError, Sum::Terminal, [x], [], [], [0.3.into()]);
+    scene.term(seen, "seen", Branch, Sum::Terminal, [x], [], [], []);
     let file = SceneFile::from_json(&scene.to_json().expect("a file")).expect("a scene");
     assert_eq!(file.left_out, ["aim", "own", "more", "seen"]);
     let Err(error) = file.complete() else { panic!("it is not whole") };

@@ -4,8 +4,8 @@ use hamiltonian_adjoint::paper_system::PaperSystem;
 use hamiltonian_adjoint::planar::{Body, Constant, ConstantSpeed, Harmonic};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{
-    Grid, Inputs, KineticEnergy, Mechanics, Param, ParameterFormula, Scalar, Scene, SceneFile, Settings, Solver, Start, Sum,
-    System, Trajectory, simulate,
+    Cost, CostPoint, Grid, Inputs, KineticEnergy, Mechanics, Param, ParameterFormula, Scalar, Scene, SceneFile, Settings,
+    Solver, Start, Sum, System, Trajectory, simulate,
 };
 use nalgebra::SVector;
 use proptest::prelude::*;
@@ -187,26 +187,31 @@ fn lists_of_nodes_and_equations_that_no_motion_has_are_refused() {
     assert!(read("inserted", "[4]").is_ok());
 }
 
-/// No ready part.
-struct Own;
-impl KineticEnergy<1, 0> for Own {
+/// Formulas that branch on a value, so that they have no graph.
+struct Branch;
+impl KineticEnergy<1, 0> for Branch {
     fn kinetic_energy<S: Scalar>(&self, _q: &SVector<S, 1>, v: &SVector<S, 1>, _b: &SVector<S, 0>) -> S {
-        v[0] * v[0]
+        if v[0].re() > 1.0 { v[0] } else { v[0] * v[0] }
+    }
+}
+impl Cost<1, 0, 0, 0> for Branch {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        if at.q[0].re() > 0.5 { at.q[0] } else { at.q[0] * at.q[0] }
     }
 }
 
 #[test]
 fn what_a_file_cannot_hold_is_named() {
     let mut cart = CartPendulum::with_links(1).mechanism();
-    cart.scene.cost("aim", AngleError, Sum::Terminal, [cart.links[0].coordinates[2]], [], [], [0.3.into()]);
+    cart.scene.cost("aim", Branch, Sum::Terminal, [cart.links[0].coordinates[2]], [], [], []);
     let [flow] = cart.scene.coordinates("tank", ["flow"]);
-    cart.scene.kinetic_energy("water", Own, [flow], []);
+    cart.scene.kinetic_energy("water", Branch, [flow], []);
     let file = SceneFile::from_json(&cart.scene.to_json().expect("a file")).expect("a scene");
     assert_eq!(file.left_out, ["aim", "water"]);
     assert!(file.scene.coordinate_named("tank.flow").is_some());
     assert!(file.scene.frame_named("link 1").is_some() && file.scene.control_named("force on the cart").is_some());
     let Err(error) = file.complete() else { panic!("it is not whole") };
-    assert_says(&error, &["left_out", "`aim`", "not a ready-made part"]);
+    assert_says(&error, &["left_out", "`aim`", "branches on a value"]);
     let mut bad = Scene::new();
     bad.body("rod", f64::INFINITY, 0.1, [0.0; 3]);
     assert_says(&bad.to_json().expect_err("no number"), &["rod"]);

@@ -38,8 +38,15 @@ pub struct Suspect<'a> {
 pub type Along<'a> = (&'a NodeView<'a, f64>, Option<&'a NodeView<'a, f64>>);
 
 impl Costs {
-    pub fn push(&mut self, item: PlacedCost) {
+    /// Adds a cost and returns its number.
+    pub fn push(&mut self, item: PlacedCost) -> usize {
         self.items.push(item);
+        self.items.len() - 1
+    }
+
+    #[cfg(feature = "files")]
+    pub fn item(&self, which: usize) -> &PlacedCost {
+        &self.items[which]
     }
 
     fn arrange(&mut self) {

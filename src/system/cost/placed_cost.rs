@@ -11,6 +11,8 @@ use super::weights::{Beside, Weights, slopes};
 use crate::model::element::{ListCost, Sum};
 use crate::number::{Real, Slope, slope, with_slope};
 use crate::program::{Obstacle, Template};
+#[cfg(feature = "files")]
+use crate::system::formula::GraphFormula;
 use crate::system::formula::{
     AnyCost, Argument, Connections, CostOfLists, NodeView, Number, Placed, SEEDS, Shape, Slot, Values, Wide,
 };
@@ -48,11 +50,27 @@ pub(in crate::system) type Recorded = HashMap<(Shape, Vec<Slot>, Template), Opti
 impl PlacedCost {
     pub fn new((name, output): (&str, usize), (cost, sum): (impl ListCost, Sum), to: Connections) -> Self {
         let shape = Shape { n: to.q.len(), m: to.sigma.len(), k: to.u.len(), p: to.b.len() };
-        let formula: Arc<dyn AnyCost> = Arc::new(CostOfLists { cost, shape });
+        Self::of_any((name, output, sum), Arc::new(CostOfLists { cost, shape }), to)
+    }
+
+    /// A cost whose formula is a graph.
+    #[cfg(feature = "files")]
+    pub fn of_formula(what: (&str, usize, Sum), formula: Arc<GraphFormula>, to: Connections) -> Self {
+        Self::of_any(what, formula, to)
+    }
+
+    fn of_any((name, output, sum): (&str, usize, Sum), formula: Arc<dyn AnyCost>, to: Connections) -> Self {
+        let shape = Shape { n: to.q.len(), m: to.sigma.len(), k: to.u.len(), p: to.b.len() };
         let of = Placed { name: name.to_string(), formula, shape, to, slots: shape.of_cost().collect(), depends: None };
         let by_lengths = [Beside::Both, Beside::Before, Beside::After].map(|side| slopes(sum, side));
         let (formula, numbers, obstacle, uses) = (None, Vec::new(), None, CostUse::UNKNOWN);
         PlacedCost { of, output, sum, by_lengths, formula, numbers, obstacle, uses }
+    }
+
+    /// The number of what it is summed to, and how it is summed.
+    #[cfg(feature = "files")]
+    pub fn summed(&self) -> (usize, Sum) {
+        (self.output, self.sum)
     }
 
     /// Records the formula, and compiles it unless there are to be no programs or `known` contains it.

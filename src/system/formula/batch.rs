@@ -2,6 +2,8 @@
 
 use std::any::TypeId;
 
+#[cfg(feature = "files")]
+use super::graph_formula::GraphFormula;
 use super::kind::ElementKind;
 use super::placed_element::PlacedElement;
 use super::recordings::Recordings;
@@ -42,12 +44,32 @@ impl Batch {
 pub struct Batches(pub Vec<Batch>);
 
 impl Batches {
-    /// Adds an element to the batch of its type and coordinates.
-    pub fn push(&mut self, of: (TypeId, &'static [usize]), item: PlacedElement) {
-        match self.0.iter_mut().find(|batch| batch.of == of) {
-            Some(batch) => batch.items.push(item),
-            None => self.0.push(Batch { of, items: vec![item] }),
-        }
+    /// Adds an element to the batch of its type and coordinates, and returns its batch and its place there.
+    pub fn push(&mut self, of: (TypeId, &'static [usize]), item: PlacedElement) -> (usize, usize) {
+        self.push_to(self.0.iter().position(|batch| batch.of == of), of, item)
+    }
+
+    /// Adds an element to a batch, or to a new one.
+    fn push_to(&mut self, batch: Option<usize>, of: (TypeId, &'static [usize]), item: PlacedElement) -> (usize, usize) {
+        let batch = batch.unwrap_or_else(|| {
+            self.0.push(Batch { of, items: Vec::new() });
+            self.0.len() - 1
+        });
+        let items = &mut self.0[batch].items;
+        items.push(item);
+        (batch, items.len() - 1)
+    }
+
+    /// Adds the formula of a file to a batch, or to one of its own.
+    #[cfg(feature = "files")]
+    pub fn push_like(&mut self, batch: Option<usize>, item: PlacedElement) -> (usize, usize) {
+        self.push_to(batch, (TypeId::of::<GraphFormula>(), &[]), item)
+    }
+
+    /// The batch of the element with this name.
+    #[cfg(feature = "files")]
+    pub fn batch_of(&self, name: &str) -> Option<usize> {
+        self.0.iter().position(|batch| batch.items.iter().any(|item| item.name == name))
     }
 
     /// An element, given its batch and its index in the batch.

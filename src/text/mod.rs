@@ -1,0 +1,103 @@
+//! Formulas as text: `0.5 * mass * v[cart.x] ^ 2`.
+//!
+//! A formula consists of numbers, names, `+ - * / ^`, parentheses and functions (`sin(x)`, `atan2(y, x)`, `pow(x, 2.5)`, …), which are evaluated from left to
+//! right. A name that is not a word is written in backticks. An entry of a list has its index or its name in brackets: `q[0]`, `q[cart.x]`.
+//!
+//! Parts of a long formula precede it. `$1` is the first part; a text contains its parts, each followed by a semicolon: `mass * length; $1 * $1 / 12`.
+
+mod reader;
+mod writer;
+
+pub(crate) use reader::{Mistake, Name, Reader};
+pub(crate) use writer::{Parts, Text, quoted, write};
+
+use crate::Scalar;
+use crate::program::{Function, Graph, Node, Symbol};
+
+/// The value of a part of a formula that is read: a parameter, or a symbol that records the formula.
+pub(crate) trait Term: Copy {
+    fn number(x: f64) -> Self;
+    /// Its value if it is a constant.
+    fn constant(self) -> Option<f64>;
+    fn plus(self, other: Self) -> Self;
+    fn minus(self, other: Self) -> Self;
+    fn times(self, other: Self) -> Self;
+    fn over(self, other: Self) -> Self;
+    fn negative(self) -> Self;
+    /// xⁿ for an integer n.
+    fn integer_power(self, n: i32) -> Self;
+    /// xⁿ.
+    fn power(self, n: f64) -> Self;
+    fn function(self, function: Function) -> Self;
+    fn of_two(self, function: OfTwo, other: Self) -> Self;
+}
+
+impl Term for Symbol {
+    fn number(x: f64) -> Self {
+        Symbol::from(x)
+    }
+    fn constant(self) -> Option<f64> {
+        Symbol::constant(self)
+    }
+    fn plus(self, other: Self) -> Self {
+        self + other
+    }
+    fn minus(self, other: Self) -> Self {
+        self - other
+    }
+    fn times(self, other: Self) -> Self {
+        self * other
+    }
+    fn over(self, other: Self) -> Self {
+        self / other
+    }
+    fn negative(self) -> Self {
+        -self
+    }
+    fn integer_power(self, n: i32) -> Self {
+        self.powi(n)
+    }
+    fn power(self, n: f64) -> Self {
+        self.powf(n)
+    }
+    fn function(self, function: Function) -> Self {
+        function.value(self)
+    }
+    fn of_two(self, function: OfTwo, other: Self) -> Self {
+        function.value(self, other)
+    }
+}
+
+/// A function of two arguments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum OfTwo {
+    /// The angle of the point (x, y); the arguments are y and x.
+    Atan2,
+    Max,
+    Min,
+}
+
+impl OfTwo {
+    pub(crate) const ALL: [(&'static str, OfTwo); 3] = [("atan2", OfTwo::Atan2), ("max", OfTwo::Max), ("min", OfTwo::Min)];
+
+    pub(crate) fn value<S: Scalar>(self, x: S, y: S) -> S {
+        match self {
+            OfTwo::Atan2 => x.atan2(y),
+            OfTwo::Max => x.max(y),
+            OfTwo::Min => x.min(y),
+        }
+    }
+
+    pub(crate) fn node(self, graph: &mut Graph, x: Node, y: Node) -> Node {
+        match self {
+            OfTwo::Atan2 => graph.atan2(x, y),
+            OfTwo::Max => graph.max(x, y),
+            OfTwo::Min => graph.min(x, y),
+        }
+    }
+}
+
+/// True if a name needs no backticks in a formula.
+fn is_word(name: &str) -> bool {
+    name.chars().all(|c| c.is_alphanumeric() || c == '_') && name.starts_with(|c: char| !c.is_numeric())
+}
