@@ -160,6 +160,12 @@ impl Scalar for Fingerprint {
     fn min(&self, other: Self) -> Self {
         self.function(27).then(other.0)
     }
+    fn less(&self, other: Self) -> Self {
+        self.function(29).then(other.0)
+    }
+    fn keep_where(&self, x: Self) -> Self {
+        self.function(30).then(x.0)
+    }
     functions! {
         abs 25; recip 10; sqrt 11; exp 12; exp_m1 13; ln 14; ln_1p 15; sin 16; cos 17; tan 18; asin 19; acos 20; atan 21; sinh 22; cosh 23;
         tanh 24; signum 28;
@@ -177,7 +183,7 @@ mod tests {
 
     #[test]
     fn formulas_have_different_fingerprints_unless_they_are_the_same() {
-        let formulas: [fn(Fingerprint, Fingerprint) -> Fingerprint; 22] = [
+        let formulas: [fn(Fingerprint, Fingerprint) -> Fingerprint; 24] = [
             |x, _| x,
             |_, y| y,
             |x, y| x + y,
@@ -197,6 +203,8 @@ mod tests {
             |x, y| x.pow(y),
             |x, y| x.max(y),
             |x, y| x.min(y),
+            |x, y| x.less(y),
+            |x, y| x.keep_where(y),
             |x, _| x.max(Fingerprint::from(2.0)),
             |x, _| x.max(Fingerprint::from(3.0)),
             |x, y| x.hypot(y),

@@ -137,6 +137,23 @@ pub trait Scalar:
         if other.re() < self.re() { other } else { *self }
     }
 
+    /// `x` if `self` is less than `other`, and `y` otherwise: a branch of which both sides are recorded, so that the formula is compiled to a program.
+    /// The derivatives are those of the side that is taken.
+    fn if_less(&self, other: Self, x: Self, y: Self) -> Self {
+        let less = self.less(other);
+        less.keep_where(x) + (Self::one() - less).keep_where(y)
+    }
+
+    /// 1 if `self` is less than `other`, and 0 otherwise; the derivative is zero.
+    fn less(&self, other: Self) -> Self {
+        Self::from(if self.re() < other.re() { 1.0 } else { 0.0 })
+    }
+
+    /// `x` if the condition `self` is not 0, and 0 otherwise, whatever `x` is.
+    fn keep_where(&self, x: Self) -> Self {
+        if self.re() == 0.0 { Self::zero() } else { x }
+    }
+
     /// The number limited to an interval, `x.clamp(-1.0, 1.0)`. The derivative is that of x inside and at the bounds, and that of the bound
     /// outside. If the upper bound is below the lower one, the result is the upper bound.
     fn clamp(&self, low: impl Into<Self>, high: impl Into<Self>) -> Self {

@@ -9,7 +9,7 @@ use super::graph::Graph;
 
 impl Graph {
     /// x where a condition holds, and 0 elsewhere.
-    pub(super) fn keep_where(&mut self, condition: Node, x: Node) -> Node {
+    pub(crate) fn keep_where(&mut self, condition: Node, x: Node) -> Node {
         match self.value(condition) {
             Some(0.0) => return self.constant(0.0),
             Some(_) => return x,

@@ -25,14 +25,8 @@ impl Expression {
             Atan2(y, x) => at(y).atan2(at(x)),
             Max(x, y) => at(x).max(at(y)),
             Min(x, y) => at(x).min(at(y)),
-            Less(x, y) => S::from(if at(x).re() < at(y).re() { 1.0 } else { 0.0 }),
-            Where(condition, x) => {
-                if at(condition).re() == 0.0 {
-                    S::zero()
-                } else {
-                    at(x)
-                }
-            }
+            Less(x, y) => at(x).less(at(y)),
+            Where(condition, x) => at(condition).keep_where(at(x)),
             Vanishing(x, y) => {
                 if at(y).re() == 0.0 {
                     S::zero()

@@ -217,7 +217,7 @@ impl Graph {
         self.folded([x, y], |x, y| if y < x { y } else { x }, Expression::Min)
     }
 
-    pub(super) fn less(&mut self, x: Node, y: Node) -> Node {
+    pub(crate) fn less(&mut self, x: Node, y: Node) -> Node {
         self.folded([x, y], |x, y| f64::from(u8::from(x < y)), Expression::Less)
     }
 

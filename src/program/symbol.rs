@@ -191,6 +191,12 @@ impl Scalar for Symbol {
     fn min(&self, other: Self) -> Self {
         self.with(other, Graph::min, if other.value < self.value { other.value } else { self.value })
     }
+    fn less(&self, other: Self) -> Self {
+        self.with(other, Graph::less, f64::from(u8::from(self.value < other.value)))
+    }
+    fn keep_where(&self, x: Self) -> Self {
+        self.with(x, Graph::keep_where, if self.value == 0.0 { 0.0 } else { x.value })
+    }
     functions! {
         recip Reciprocal; sqrt Sqrt; exp Exp; exp_m1 ExpM1; ln Ln; ln_1p Ln1p; sin Sin; cos Cos; tan Tan; asin Asin; acos Acos; atan Atan;
         sinh Sinh; cosh Cosh; tanh Tanh; abs Abs; signum Sign;

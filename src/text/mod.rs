@@ -1,7 +1,7 @@
 //! Formulas as text: `0.5 * mass * v[cart.x] ^ 2`.
 //!
 //! A formula consists of numbers, names, `+ - * / ^`, parentheses and functions (`sin(x)`, `atan2(y, x)`, `pow(x, 2.5)`, …), which are evaluated from left to
-//! right. A name that is not a word is written in backticks. An entry of a list has its index or its name in brackets: `q[0]`, `q[cart.x]`.
+//! right. `if(x < y, a, b)` is a if x < y, and b otherwise. A name that is not a word is written in backticks. An entry of a list has its index or its name in brackets: `q[0]`, `q[cart.x]`.
 //!
 //! Parts of a long formula precede it. `$1` is the first part; a text contains its parts, each followed by a semicolon: `mass * length; $1 * $1 / 12`.
 
@@ -30,6 +30,13 @@ pub(crate) trait Term: Copy {
     fn power(self, n: f64) -> Self;
     fn function(self, function: Function) -> Self;
     fn of_two(self, function: OfTwo, other: Self) -> Self;
+
+    /// x if `self` < `other`, and y otherwise.
+    fn if_less(self, other: Self, x: Self, y: Self) -> Self {
+        let less = self.of_two(OfTwo::Less, other);
+        let not_less = Self::number(1.0).minus(less);
+        less.of_two(OfTwo::Where, x).plus(not_less.of_two(OfTwo::Where, y))
+    }
 }
 
 impl Term for Symbol {
@@ -75,16 +82,23 @@ pub(crate) enum OfTwo {
     Atan2,
     Max,
     Min,
+    /// 1 if the first is less than the second, 0 otherwise.
+    Less,
+    /// The second if the first is not 0, otherwise 0, whatever the second is.
+    Where,
 }
 
 impl OfTwo {
-    pub(crate) const ALL: [(&'static str, OfTwo); 3] = [("atan2", OfTwo::Atan2), ("max", OfTwo::Max), ("min", OfTwo::Min)];
+    pub(crate) const ALL: [(&'static str, OfTwo); 5] =
+        [("atan2", OfTwo::Atan2), ("max", OfTwo::Max), ("min", OfTwo::Min), ("less", OfTwo::Less), ("where", OfTwo::Where)];
 
     pub(crate) fn value<S: Scalar>(self, x: S, y: S) -> S {
         match self {
             OfTwo::Atan2 => x.atan2(y),
             OfTwo::Max => x.max(y),
             OfTwo::Min => x.min(y),
+            OfTwo::Less => x.less(y),
+            OfTwo::Where => x.keep_where(y),
         }
     }
 
@@ -93,6 +107,8 @@ impl OfTwo {
             OfTwo::Atan2 => graph.atan2(x, y),
             OfTwo::Max => graph.max(x, y),
             OfTwo::Min => graph.min(x, y),
+            OfTwo::Less => graph.less(x, y),
+            OfTwo::Where => graph.keep_where(x, y),
         }
     }
 }

@@ -258,9 +258,13 @@ impl<'a, T: Term> Reader<'a, T> {
             let [x, n] = self.within(Self::pair)?;
             return Ok(x.power(self.exponent(n)?));
         }
+        if word == "if" {
+            self.open(word)?;
+            return self.within(Self::choice);
+        }
         let of_one = Function::NAMED.map(Function::name).into_iter();
         let of_two = OfTwo::ALL.map(|(name, _)| name.to_string());
-        let known: Vec<String> = of_one.chain(of_two).chain(["pow".to_string()]).collect();
+        let known: Vec<String> = of_one.chain(of_two).chain(["pow", "if"].map(str::to_string)).collect();
         Err(self.wrong(&format!("unknown function `{word}`; known functions are {}", known.join(", "))))
     }
 
@@ -273,6 +277,24 @@ impl<'a, T: Term> Reader<'a, T> {
         let x = self.sum()?;
         self.expect(',')?;
         Ok([x, self.sum()?])
+    }
+
+    /// `x < y, a, b`, also with `>`, `<=` and `>=`.
+    fn choice(&mut self) -> Read<T> {
+        let x = self.sum()?;
+        let is_less = match self.next() {
+            Some('<') => true,
+            Some('>') => false,
+            _ => return Err(self.wrong("a comparison such as `x < y` is expected")),
+        };
+        self.at += 1;
+        let has_equality = self.take('=');
+        let y = self.sum()?;
+        self.expect(',')?;
+        let [a, b] = self.pair()?;
+        // x ≤ y unless y < x.
+        let (x, y) = if is_less == has_equality { (y, x) } else { (x, y) };
+        Ok(if has_equality { x.if_less(y, b, a) } else { x.if_less(y, a, b) })
     }
 
     fn look_up(&self, name: Name) -> Read<T> {

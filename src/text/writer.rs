@@ -116,8 +116,10 @@ impl Writer<'_> {
             Atan2(y, x) => (call("atan2", y, x)?, Whole),
             Max(x, y) => (call("max", x, y)?, Whole),
             Min(x, y) => (call("min", x, y)?, Whole),
-            // Formulas that branch, and formulas of derivatives.
-            Less(..) | Where(..) | SlopePower(..) | Vanishing(..) => return None,
+            Less(x, y) => (call("less", x, y)?, Whole),
+            Where(condition, x) => (call("where", condition, x)?, Whole),
+            // Only in derivatives.
+            SlopePower(..) | Vanishing(..) => return None,
         };
         Some(Written { text, binding })
     }

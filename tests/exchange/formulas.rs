@@ -4,7 +4,7 @@ use hamiltonian_adjoint::check;
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
-    Constraint, Cost, CostPoint, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, ListCost, ListPoint,
+    Constraint, Cost, CostPoint, Force, ForcePoint, Gradient, Grid, Inputs, KineticEnergy, ListCost, ListPoint, Mechanics,
     PotentialEnergy, Scalar, Scene, SceneFile, Settings, Solver, Sum, System,
 };
 use nalgebra::{DMatrix, DVector, SVector};
@@ -93,6 +93,49 @@ fn pendulum() -> Scene {
     scene.term(miss, "miss", Miss, Sum::Terminal, [q[1]], [], [], [0.3.into()]);
     scene.term(miss, "miss on the way", Miss, Sum::Node(3), [q[0]], [], [], [l.into()]);
     scene
+}
+
+/// Without `if_less`, the root of a negative number or a branch on a value.
+struct Branches;
+
+impl Force<2, 0, 1> for Branches {
+    fn force<S: Scalar>(&self, at: &ForcePoint<S, 2, 0>, b: &SVector<S, 1>) -> SVector<S, 2> {
+        let [x, y] = [at.q[0] - b[0], at.v[1]];
+        let side = x.if_less(S::zero(), x * x * y, x.sqrt() * x);
+        SVector::from([side, y.if_less(at.t + 5.0, side + x.if_less(y, S::one(), y), y * 3.0)])
+    }
+}
+
+#[test]
+fn both_sides_of_a_branch_come_back_and_have_exact_derivatives() {
+    for (start, at) in [(0.1, 0.3), (0.5, 0.3)] {
+        let mut scene = Scene::new();
+        let q = scene.coordinates("arm", ["φ", "ψ"]);
+        scene.place(q[0], start);
+        scene.kinetic_energy("motion", Motion, q, [1.0, 0.7, 0.4, 0.5].map(Into::into));
+        scene.force("branches", Branches, q, [], [at.into()]);
+        scene.cost("miss", Miss, Sum::Integral, [q[1]], [], [], [at.into()]);
+        let file = assert_comes_back(scene.clone());
+        assert!(file.contains("less(") && file.contains("where("), "{file}");
+        let system = scene.compile().expect("a system");
+        assert!(system.without_programs().next().is_none(), "it has a program");
+        let mut inputs = Inputs::at_rest(&system, Grid::uniform(10, 0.01));
+        inputs.start.rate_mut().copy_from_slice(&[0.3, -0.2]);
+        check::gradient(&system, &inputs, Settings::default()).run().expect("a report").assert_passed();
+    }
+}
+
+#[test]
+fn branches_are_read() {
+    let part = r#"{"kind": "particle", "name": "free", "mass": 1, "place": [0, 0]}, {"kind": "force", "name": "side", "q": ["free.x"],
+        "formula": "if(q[0] < 3, 1, 2) + 10 * if(q[0] <= 1, 1, 2) + 100 * if(1 > q[0], 1, 2) + 1000 * if(q[0] >= 1, 1, 2)"}"#;
+    let scene = SceneFile::from_json(&with_part(part)).expect("a scene").complete().expect("everything");
+    let system = scene.compile().expect("a system");
+    let force = |x: f64| {
+        let state = Mechanics::new(&system, &[1.0, 2.0, x, 0.0], &[0.0; 4]).expect("a state");
+        state.accelerations().expect("accelerations").0[2]
+    };
+    assert_eq!([1.0, 0.5, 4.0].map(force), [1211.0, 2111.0, 1222.0]);
 }
 
 /// q − b.

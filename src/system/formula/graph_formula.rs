@@ -85,9 +85,12 @@ impl<S: Scalar> Values<S> for GraphFormula {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
         let mut values: Vec<S> = Vec::with_capacity(self.graph.len());
         for expression in self.graph.expressions() {
-            values.push(match self.slot(expression) {
-                Some(slot) => read(slot),
-                None => expression.value(|node| values[node.index()], &[], &[]),
+            let at = |node: Node| values[node.index()];
+            values.push(match (self.slot(expression), expression) {
+                (Some(slot), _) => read(slot),
+                // Reading the value of an exponent would be a branch.
+                (_, Expression::Power(x, n)) => at(x).powf(self.graph.value(n).unwrap_or(f64::NAN)),
+                _ => expression.value(at, &[], &[]),
             });
         }
         self.results.iter().for_each(|node| put(values[node.index()]));
