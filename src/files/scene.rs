@@ -52,11 +52,7 @@ impl SceneFile {
         super::check_format("scene", (file.text("format")?, file.get("version")?), (FORMAT, VERSION))?;
         let mut scene = Scene::new();
         for (i, part) in file.list("parts")?.iter().enumerate() {
-            let mut part = Fields::of(&format!("part {}", i + 1), part)?;
-            let (kind, name) = (part.text("kind")?, part.text("name")?);
-            part.place = format!("part {}, {kind} `{name}`", i + 1);
-            part.add(kind, name, &mut scene)?;
-            part.nothing_more()?;
+            scene.add_entry(&format!("part {}", i + 1), part)?;
         }
         let left_out = file.list("left_out")?.iter().map(|name| name.as_str().map(str::to_string));
         let left_out = left_out.collect::<Option<_>>().ok_or_else(|| wrong("`left_out`", "names are expected"))?;
@@ -116,6 +112,45 @@ impl Scene {
             return Err(wrong(&place["name"].to_string(), "a number that is not finite"));
         }
         serde_json::to_string_pretty(&file).map_err(|error| wrong("the whole file", &error.to_string()))
+    }
+
+    /// Adds a part from JSON, as an entry of `parts` in a scene file.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, gradient};
+    ///
+    /// let mut scene = Scene::new();
+    /// for part in [
+    ///     r#"{"kind": "design variable", "name": "mass", "value": 2.0}"#,
+    ///     r#"{"kind": "coordinates", "name": "cart", "coordinates": ["x"]}"#,
+    ///     r#"{"kind": "control", "name": "force"}"#,
+    ///     r#"{"kind": "kinetic energy", "name": "motion", "formula": "0.5 * mass * v[cart.x]^2"}"#,
+    ///     r#"{"kind": "force", "name": "drag", "q": ["cart.x"], "formula": "u[force] - 0.1 * v[0]^3"}"#,
+    ///     r#"{"kind": "cost", "name": "distance", "sum": "terminal", "formula": "q[cart.x]"}"#,
+    /// ] {
+    ///     scene.add_json(part)?;
+    /// }
+    /// let system = scene.compile()?;
+    /// let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.05));
+    /// inputs.controls.fill(1.0);
+    /// let gradient = gradient(&system, &inputs, Settings::default())?;
+    /// assert!(gradient.value > 0.2 && gradient.design[0] < 0.0);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Malformed JSON, or wrong entries with their names.
+    pub fn add_json(&mut self, part: &str) -> Result<(), Error> {
+        let Unique(part) = super::read_json("scene", part)?;
+        self.add_entry("the part", &part)
+    }
+
+    fn add_entry(&mut self, place: &str, part: &Value) -> Result<(), Error> {
+        let mut part = Fields::of(place, part)?;
+        let (kind, name) = (part.text("kind")?, part.text("name")?);
+        part.place = format!("{place}, {kind} `{name}`");
+        part.add(kind, name, self)?;
+        part.nothing_more()
     }
 
     /// A part as JSON, if a file can store it.
