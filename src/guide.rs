@@ -48,6 +48,11 @@ pub mod impacts {}
 #[doc = include_str!("../docs/animations-and-files.md")]
 pub mod animations_and_files {}
 
+#[cfg_attr(not(feature = "files"), doc = "Needs the feature `files`.")]
+#[cfg_attr(feature = "files", doc = include_str!("guide_links.md"))]
+#[cfg_attr(feature = "files", doc = include_str!("../docs/scene-files.md"))]
+pub mod scene_files {}
+
 #[doc = include_str!("guide_links.md")]
 #[doc = include_str!("../docs/accuracy-and-speed.md")]
 pub mod accuracy_and_speed {}

@@ -13,7 +13,9 @@ use crate::system::Connections;
 use crate::{Error, Scene};
 
 const FORMAT: &str = "hamiltonian-adjoint scene";
-const VERSION: u32 = 1;
+const VERSION: u32 = 2;
+/// A version that lacks the kinds of the present one.
+const OLD: u32 = 1;
 
 /// A scene read from a file, with the names of parts that the file could not contain.
 #[derive(Debug)]
@@ -49,7 +51,9 @@ impl SceneFile {
     pub fn from_json(json: &str) -> Result<Self, Error> {
         let Unique(file) = super::read_json("scene", json)?;
         let mut file = Fields::of("the file", &file)?;
-        super::check_format("scene", (file.text("format")?, file.get("version")?), (FORMAT, VERSION))?;
+        let version = file.get("version")?.to_string();
+        let version = if version == OLD.to_string() { VERSION.to_string() } else { version };
+        super::check_format("scene", (file.text("format")?, version), (FORMAT, VERSION))?;
         let mut scene = Scene::new();
         for (i, part) in file.list("parts")?.iter().enumerate() {
             scene.add_entry(&format!("part {}", i + 1), part)?;

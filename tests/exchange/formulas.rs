@@ -200,7 +200,7 @@ fn constraints_and_costs_of_multipliers_come_back() {
 /// A scene of a particle with this part.
 fn with_part(part: &str) -> String {
     format!(
-        r#"{{"format": "hamiltonian-adjoint scene", "version": 1, "parts": [
+        r#"{{"format": "hamiltonian-adjoint scene", "version": 2, "parts": [
         {{"kind": "design variable", "name": "mass", "value": 0.5}}, {{"kind": "design variable", "name": "t", "value": 0.5}},
         {{"kind": "control", "name": "push"}}, {{"kind": "particle", "name": "ball", "mass": "mass", "place": [1, 2]}},
         {{"kind": "distance", "name": "rope", "a": {{"at": [0, 0]}}, "b": {{"body": "ball", "at": [0, 0]}}, "length": 2.23606797749979}},

@@ -294,8 +294,8 @@ fn what_is_wrong_in_a_scene_is_named_with_its_place() {
         read(&json.replacen(from, to, 1))
     };
     assert_says(&read(&json[..300]), &["line", "column"]);
-    assert_says(&change("\"version\": 1", "\"version\": 7"), &["version 7", "expected", "version 1"]);
-    assert_says(&change("\"version\": 1", "\"version\": 2, \"version\": 1"), &["line", "`version` occurs twice here"]);
+    assert_says(&change("\"version\": 2", "\"version\": 7"), &["version 7", "expected", "version 2"]);
+    assert_says(&change("\"version\": 2", "\"version\": 2, \"version\": 1"), &["line", "`version` occurs twice here"]);
     let twice = "\"at\": [0.0, 0.0], \"body\": \"bob\", \"body\": \"bob\"";
     assert_says(&change("\"body\": \"bob\"", twice), &["line", "column", "occurs twice here"]);
     assert_says(&change("\"kind\": \"weld\"", "\"kind\": \"wold\""), &["`glue`", "this kind does not exist", "weld"]);
