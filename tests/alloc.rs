@@ -126,12 +126,25 @@ fn costs_on_accelerations_reactions_and_rates_of_controls_allocate_nothing_eithe
 
 #[test]
 fn values_of_costs_and_outputs_allocate_nothing_per_node() {
+    assert_values_allocate_nothing(|scene| scene);
+}
+
+#[cfg(feature = "files")]
+#[test]
+fn values_of_costs_from_files_allocate_nothing_per_node() {
+    assert_values_allocate_nothing(|scene| {
+        let file = scene.to_json().expect("a file");
+        hamiltonian_adjoint::SceneFile::from_json(&file).expect("a scene").complete().expect("everything")
+    });
+}
+
+fn assert_values_allocate_nothing(change: impl Fn(Scene) -> Scene) {
     let [short, long] = [50, 500].map(|steps| {
         let mut cart = CartPendulum::default().mechanism();
         let ([.., angle], output) = (cart.links[1].coordinates, cart.scene.output("angle"));
         cart.scene.cost("angle", AngleError, Sum::Integral, [angle], [], [], [0.1.into()]);
         cart.scene.term(output, "term", AngleError, Sum::Integral, [angle], [], [], [0.1.into()]);
-        let system = cart.scene.compile().expect("a scene");
+        let system = change(cart.scene).compile().expect("a scene");
         let mut solver = Solver::new(&system, Settings::default());
         solver.simulate(&Inputs::at_rest(&system, Grid::uniform(steps, 0.005))).expect("a motion");
         [allocations(|| _ = solver.cost().expect("J")), allocations(|| _ = solver.outputs().expect("outputs"))]

@@ -4,7 +4,7 @@ use super::applied::{Applied, ForceFormula};
 use super::energy::{Kinetic, KineticFormula, Potential, PotentialFormula};
 use super::holonomic::{ConstraintFormula, Holonomic};
 use super::kind::ElementKind;
-use super::on_numbers::{AnyElement, Read, Recordable, SEEDS, Values};
+use super::on_numbers::{AnyElement, Read, Recordable, SEEDS, Values, with_memory};
 use super::placed::Placed;
 use super::shape::{Place, Shape, Slot};
 use crate::Scalar;
@@ -83,17 +83,18 @@ impl GraphFormula {
 
 impl<S: Scalar> Values<S> for GraphFormula {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
-        let mut values: Vec<S> = Vec::with_capacity(self.graph.len());
-        for expression in self.graph.expressions() {
-            let at = |node: Node| values[node.index()];
-            values.push(match (self.slot(expression), expression) {
-                (Some(slot), _) => read(slot),
-                // Reading the value of an exponent would be a branch.
-                (_, Expression::Power(x, n)) => at(x).powf(self.graph.value(n).unwrap_or(f64::NAN)),
-                _ => expression.value(at, &[], &[]),
-            });
-        }
-        self.results.iter().for_each(|node| put(values[node.index()]));
+        with_memory(self.graph.len(), &mut |values: &mut [S]| {
+            for (k, expression) in self.graph.expressions().enumerate() {
+                let at = |node: Node| values[node.index()];
+                values[k] = match (self.slot(expression), expression) {
+                    (Some(slot), _) => read(slot),
+                    // Reading the value of an exponent would be a branch.
+                    (_, Expression::Power(x, n)) => at(x).powf(self.graph.value(n).unwrap_or(f64::NAN)),
+                    _ => expression.value(at, &[], &[]),
+                };
+            }
+            self.results.iter().for_each(|node| put(values[node.index()]));
+        });
     }
 }
 

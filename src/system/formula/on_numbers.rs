@@ -205,6 +205,7 @@ pub fn with_memory<S: Scalar>(len: usize, f: &mut dyn FnMut(&mut [S])) {
         0..=8 => f(&mut [S::zero(); 8][..len]),
         9..=16 => f(&mut [S::zero(); 16][..len]),
         17..=32 => f(&mut [S::zero(); 32][..len]),
+        33..=128 => f(&mut [S::zero(); 128][..len]),
         _ => f(&mut vec![S::zero(); len]),
     }
 }
