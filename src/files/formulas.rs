@@ -214,11 +214,14 @@ impl Fields<'_> {
                 .ok_or_else(|| self.wrong(&format!("`{name}` is not one of the sums {}, or {{\"node\": i}}", known())));
         }
         let mut entry = Fields::of(&format!("{}, `sum`", self.place), value)?;
-        let which: [(&str, fn(usize) -> Sum); 3] =
-            [("node", Sum::Node), ("event", Sum::Event), ("after event", Sum::AfterEvent)];
-        let found = which.into_iter().find(|(name, _)| entry.all.contains_key(*name));
-        let (name, sum) = found.ok_or_else(|| entry.wrong("`node`, `event` or `after event` is expected"))?;
-        let sum = sum(entry.count(name)?);
+        let name = ["node", "event", "after event"].into_iter().find(|name| entry.all.contains_key(*name));
+        let name = name.ok_or_else(|| entry.wrong("`node`, `event` or `after event` is expected"))?;
+        let which = entry.count(name)?;
+        let sum = match name {
+            "node" => Sum::Node(which),
+            "event" => Sum::Event(which),
+            _ => Sum::AfterEvent(which),
+        };
         entry.nothing_more()?;
         Ok(sum)
     }

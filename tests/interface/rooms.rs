@@ -12,6 +12,7 @@ const ROOMS: &[&str] = &[
     "memory",
     "number",
     "program",
+    "text",
     "scheme",
     "settings",
     "linear",
