@@ -6,6 +6,8 @@ use crate::model::{Control, Coordinate, Param};
 use crate::text::Mistake;
 use crate::{Error, Scene};
 
+pub(super) type Read<T> = Result<T, Error>;
+
 /// The fields of an entry, and the names of those that were read.
 pub(super) struct Fields<'a> {
     pub(super) place: String,
@@ -41,10 +43,10 @@ impl<'a> Fields<'a> {
         self.get(name)?.as_f64().ok_or_else(|| self.wrong(&format!("`{name}` must be a number")))
     }
 
-    pub(super) fn numbers<const N: usize>(&mut self, name: &str) -> Result<[f64; N], Error> {
+    pub(super) fn numbers(&mut self, name: &str, count: usize) -> Result<Vec<f64>, Error> {
         let numbers: Option<Vec<f64>> = self.list(name)?.iter().map(Value::as_f64).collect();
-        let numbers = numbers.and_then(|numbers| numbers.try_into().ok());
-        numbers.ok_or_else(|| self.wrong(&format!("`{name}` must have {N} numbers")))
+        let numbers = numbers.filter(|numbers| numbers.len() == count);
+        numbers.ok_or_else(|| self.wrong(&format!("`{name}` must have {count} numbers")))
     }
 
     pub(super) fn count(&mut self, name: &str) -> Result<usize, Error> {
@@ -52,17 +54,24 @@ impl<'a> Fields<'a> {
         count.ok_or_else(|| self.wrong(&format!("`{name}` must be 0, 1, 2 …")))
     }
 
+    /// A part of the scene whose name is in a field.
+    pub(super) fn named<T>(&mut self, name: &str, what: &str, find: impl FnOnce(&str) -> Option<T>) -> Result<T, Error> {
+        let of = self.text(name)?;
+        self.known(what, of, find(of))
+    }
+
     /// The coordinate called `name`.
     pub(super) fn coordinate(&self, name: &str, scene: &Scene) -> Result<Coordinate, Error> {
-        scene
-            .coordinate_named(name)
-            .ok_or_else(|| self.wrong(&format!("no coordinate `{name}` is defined before this part")))
+        self.known("coordinate", name, scene.coordinate_named(name))
+    }
+
+    pub(super) fn known<T>(&self, what: &str, name: &str, found: Option<T>) -> Result<T, Error> {
+        found.ok_or_else(|| self.wrong(&format!("no {what} `{name}` is defined before this part")))
     }
 
     /// The control whose name is in a field.
     pub(super) fn control(&mut self, name: &str, scene: &Scene) -> Result<Control, Error> {
-        let of = self.text(name)?;
-        scene.control_named(of).ok_or_else(|| self.wrong(&format!("no control `{of}` is defined before this part")))
+        self.named(name, "control", |name| scene.control_named(name))
     }
 
     pub(super) fn nothing_more(&self) -> Result<(), Error> {

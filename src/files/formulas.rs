@@ -186,7 +186,7 @@ impl Scene {
     }
 }
 
-fn write_sum(sum: Sum) -> Value {
+pub(super) fn write_sum(sum: Sum) -> Value {
     match sum {
         Sum::Node(node) => json!({ "node": node }),
         Sum::Event(event) => json!({ "event": event }),
@@ -205,15 +205,15 @@ const SUMS: [(&str, Sum); 6] = [
 ];
 
 impl Fields<'_> {
-    fn sum(&mut self) -> Result<Sum, Error> {
-        let value = self.get("sum")?;
+    pub(super) fn sum(&mut self, field: &str) -> Result<Sum, Error> {
+        let value = self.get(field)?;
         if let Some(name) = value.as_str() {
             let known = || SUMS.map(|(name, _)| name).join(", ");
             let sum = SUMS.into_iter().find(|(known, _)| *known == name).map(|(_, sum)| sum);
             return sum
                 .ok_or_else(|| self.wrong(&format!("`{name}` is not one of the sums {}, or {{\"node\": i}}", known())));
         }
-        let mut entry = Fields::of(&format!("{}, `sum`", self.place), value)?;
+        let mut entry = Fields::of(&format!("{}, `{field}`", self.place), value)?;
         let name = ["node", "event", "after event"].into_iter().find(|name| entry.all.contains_key(*name));
         let name = name.ok_or_else(|| entry.wrong("`node`, `event` or `after event` is expected"))?;
         let which = entry.count(name)?;
@@ -267,13 +267,13 @@ impl Fields<'_> {
                 scene.output(name);
                 return Ok(());
             }
-            COST => Summed::Cost(self.sum()?),
+            COST => Summed::Cost(self.sum("sum")?),
             EVENT => Summed::Event,
             _ => {
                 let output = self.text("output")?;
                 let found = scene.output_named(output);
                 let found = found.ok_or_else(|| self.wrong(&format!("no output `{output}` is defined before this part")))?;
-                Summed::Term(found, self.sum()?)
+                Summed::Term(found, self.sum("sum")?)
             }
         };
         let lists = self.lists(OF_FUNCTIONS, scene)?;

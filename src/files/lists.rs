@@ -18,6 +18,9 @@ pub(super) struct Lists<'a> {
     to: RefCell<Connections>,
 }
 
+/// An equation of a constraint, in messages.
+pub(super) const EQUATION: &str = "constraint equation";
+
 /// The list and the key of a name such as `q[cart.x]`; no key for a word.
 pub(super) fn key_of(name: &str) -> (&str, Option<&str>) {
     match name.strip_suffix(']').and_then(|name| name.split_once('[')) {
@@ -57,9 +60,7 @@ impl Lists<'_> {
         let mut to = self.to.borrow_mut();
         let Connections { q, sigma, u, b } = &mut *to;
         let (what, place) = match list {
-            "lambda" | "sigma" => {
-                ("constraint equation", place(sigma, key, || Some(self.scene.multiplier_named(key)?.index())))
-            }
+            "lambda" | "sigma" => (EQUATION, place(sigma, key, || Some(self.scene.multiplier_named(key)?.index()))),
             "u" | "u_dot" => ("control", place(u, key, || Some(self.scene.control_named(key)?.index()))),
             "b" => ("design variable", place(b, key, || self.scene.design_named(key).map(Param::from))),
             _ => ("coordinate", place(q, key, || Some(self.scene.coordinate_named(key)?.index()))),
@@ -76,10 +77,8 @@ impl<'f> Fields<'f> {
         let q = q.into_iter().map(|name| self.coordinate(name, scene).map(|q| q.index())).collect::<Result<_, _>>()?;
         let equation = |name: &str| scene.multiplier_named(name).map(|sigma| sigma.index());
         let control = |name: &str| scene.control_named(name).map(|u| u.index());
-        let missing = |what: &str, name: &str| self.wrong(&format!("no {what} `{name}` is defined before this part"));
-        let sigma = sigma.into_iter().map(|name| equation(name).ok_or_else(|| missing("constraint equation", name)));
-        let sigma = sigma.collect::<Result<_, _>>()?;
-        let u = u.into_iter().map(|name| control(name).ok_or_else(|| missing("control", name))).collect::<Result<_, _>>()?;
+        let sigma = sigma.into_iter().map(|name| self.known(EQUATION, name, equation(name))).collect::<Result<_, _>>()?;
+        let u = u.into_iter().map(|name| self.known("control", name, control(name))).collect::<Result<_, _>>()?;
         let b = if self.all.contains_key("b") { self.params("b", scene)? } else { Vec::new() };
         Ok(Lists { scene, allowed, to: RefCell::new(Connections { q, sigma, u, b }) })
     }

@@ -1,5 +1,6 @@
 //! Elements, their parameters, and handles to the parts of a scene.
 
+mod axis;
 pub mod element;
 mod expressions;
 mod frame;
@@ -9,6 +10,7 @@ mod sketch;
 pub mod space;
 mod switch;
 
+pub use axis::Axis;
 pub(crate) use frame::Owner;
 pub use frame::{Frame, Point};
 pub use handle::{Control, Coordinate, Design, Event, Multiplier, Output};

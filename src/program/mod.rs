@@ -9,6 +9,7 @@
 //!
 //! Every program is compared with num-dual on the plain formula.
 
+mod canonical;
 mod conditions;
 mod dependence;
 mod differentiate;

@@ -30,7 +30,9 @@ impl Scene {
         let ends = part.points.iter().zip(part.kind.places);
         self.check_finite(ends.flat_map(|(point, end)| point.at.map(|x| (x, move || format!("point `{end}` of `{name}`")))));
         let numbers = part.numbers.iter().zip(part.kind.numbers);
-        self.check_finite(numbers.map(|(x, number)| (*x, move || format!("`{number}` of `{name}`"))));
+        let of = part.any_axis().map_or_else(|| format!("`{name}`"), |axis| self.along(name, axis));
+        let of = &of;
+        self.check_finite(numbers.map(|(x, number)| (*x, move || format!("`{number}` of {of}"))));
     }
 
     fn check_finite<F: Fn() -> String>(&mut self, mut params: impl Iterator<Item = (Param, F)>) {
@@ -63,6 +65,7 @@ impl Scene {
         let designs: Vec<&String> = self.parts.designs.iter().map(|(name, _)| name).collect();
         let groups: Vec<&String> = self.parts.groups.iter().map(|(name, _)| name).collect();
         unique("body or coordinate group", groups)?;
+        unique("body in space", self.parts.sketch.space.all.iter().map(|body| &body.name).collect())?;
         unique("coordinate", self.parts.coordinates.iter().collect())?;
         unique("element", self.elements.iter().collect())?;
         unique("output", self.parts.outputs.iter().collect())?;

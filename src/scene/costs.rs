@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use super::Scene;
-use super::ready::{Added, ReadyCost};
+use super::ready::{Added, Entry, Kind, Part, Sort};
 use crate::Scalar;
 use crate::model::element::{Cost, CostPoint, ListCost, Sum};
 use crate::model::{Control, Coordinate, Multiplier, Output, Param};
@@ -81,6 +81,48 @@ impl Cost<1, 0, 0, 0> for Rate {
     }
 }
 
+static EFFORT: Kind = Kind::new("effort", &["weight"], |scene, name, part| {
+    scene.cost(name, Effort, Sum::Integral, [], [], part.by(), [part.number(0)]);
+})
+.driven_by("control");
+
+static TIME: Kind = Kind::new("time", &["weight"], |scene, name, part| {
+    scene.cost(name, Time, Sum::Integral, [], [], [], [part.number(0)]);
+});
+
+static END_STATE: Kind = Kind::new("end state", &[], |scene, of, part| {
+    let (names, coordinate) = (EndState::names(of), part.coordinate());
+    let [position, rate] = names.each_ref().map(|name| scene.output(name));
+    scene.parts.looked_at.extend([position.index(), rate.index()]);
+    scene.term(position, &names[0], Position, Sum::Terminal, [coordinate], [], [], [0.0.into(), 1.0.into()]);
+    scene.term(rate, &names[1], Rate, Sum::Terminal, [coordinate], [], [], []);
+})
+.with(&[("name", Sort::Coordinate)]);
+
+static READING: Kind = Kind::new("reading", &[], |scene, name, part| {
+    let (output, b) = (scene.output(name), part.fixed_numbers());
+    let at = (Sum::Node(part.count()), part.coordinate());
+    scene.term(output, name, Position, at.0, [at.1], [], [], [b[0].into(), b[1].into()]);
+})
+.with(&[("coordinate", Sort::Coordinate), ("node", Sort::Count), ("value", Sort::Number), ("weight", Sort::Number)]);
+
+static EVENT_TIME: Kind = Kind::new("event time", &[], |scene, name, part| {
+    let output = scene.output(name);
+    scene.term(output, name, When, Sum::Event(part.count()), [], [], [], []);
+})
+.with(&[("event", Sort::Count)]);
+
+static EVENT_IMPULSE: Kind = Kind::new("event impulse", &[], |scene, name, part| {
+    let (output, event, equation) = (scene.output(name), part.count(), part.equations()[0]);
+    scene.term(output, name, Multiple, Sum::AfterEvent(event), [], [equation], [], [(-1.0).into()]);
+    scene.term(output, &format!("{name} (before)"), Multiple, Sum::Event(event), [], [equation], [], [1.0.into()]);
+})
+.with(&[("equation", Sort::Equation), ("event", Sort::Count)]);
+
+/// The kinds of ready-made costs and outputs.
+#[cfg(feature = "files")]
+pub(super) static KINDS: [&Kind; 6] = [&EFFORT, &TIME, &END_STATE, &READING, &EVENT_TIME, &EVENT_IMPULSE];
+
 impl Scene {
     /// Adds a cost h or S of Eq. (5) that depends on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` is the rule by which its
     /// values at the nodes are summed.
@@ -104,8 +146,8 @@ impl Scene {
     pub fn output(&mut self, name: &str) -> Output {
         let output = self.parts.outputs.len();
         self.parts.scene.begin_part();
-        self.recipe.note(name, || Added::Output);
         self.parts.outputs.push(name.to_string());
+        self.note(name, Added::Output);
         Output(self.parts.scene.handle(output))
     }
 
@@ -164,18 +206,13 @@ impl Scene {
 
     /// Adds the effort w ∫ u² dt of a control to J.
     pub fn effort(&mut self, name: &str, control: Control, weight: impl Into<Param>) {
-        let weight = weight.into();
-        self.ready_cost(name, ReadyCost::Effort { control, weight }, |scene| {
-            scene.cost(name, Effort, Sum::Integral, [], [], [control], [weight]);
-        });
+        let (control, numbers) = (Some(control), vec![weight.into()]);
+        self.ready(name, Part { control, numbers, ..Part::of(&EFFORT) });
     }
 
     /// Adds the duration of the motion (s) times a weight to J.
     pub fn time(&mut self, name: &str, weight: impl Into<Param>) {
-        let weight = weight.into();
-        self.ready_cost(name, ReadyCost::Time { weight }, |scene| {
-            scene.cost(name, Time, Sum::Integral, [], [], [], [weight]);
-        });
+        self.ready(name, Part { numbers: vec![weight.into()], ..Part::of(&TIME) });
     }
 
     /// Adds outputs for the value and the rate of a coordinate at the end of the motion. They become constraints of an optimisation problem
@@ -183,45 +220,32 @@ impl Scene {
     pub fn end_state(&mut self, coordinate: Coordinate) -> EndState {
         let own = self.parts.coordinates.get(coordinate.index()).filter(|_| self.parts.scene.owns(&coordinate.0));
         let of = own.cloned().unwrap_or_else(|| "a coordinate of another scene".into());
-        self.ready_cost(&of, ReadyCost::EndState { coordinate }, |scene| {
-            let names = EndState::names(&of);
-            let [position, rate] = names.each_ref().map(|name| scene.output(name));
-            scene.parts.looked_at.extend([position.index(), rate.index()]);
-            scene.term(position, &names[0], Position, Sum::Terminal, [coordinate], [], [], [0.0.into(), 1.0.into()]);
-            scene.term(rate, &names[1], Rate, Sum::Terminal, [coordinate], [], [], []);
-            EndState { coordinate, position, rate }
-        })
+        let more = vec![Entry::Coordinate(coordinate)];
+        let [position, rate] = self.ready_outputs(&of, Part { more, ..Part::of(&END_STATE) });
+        EndState { coordinate, position, rate }
     }
 
     /// Adds the residual of a reading as an output: w (q_i − q̃) with the measured value (reading) q̃ of a coordinate at node i and the
     /// weight w, such as the inverse standard deviation of the reading.
     pub fn reading(&mut self, name: &str, coordinate: Coordinate, node: usize, value: f64, weight: f64) -> Output {
-        self.ready_cost(name, ReadyCost::Reading { coordinate, node, value, weight }, |scene| {
-            let output = scene.output(name);
-            scene.term(output, name, Position, Sum::Node(node), [coordinate], [], [], [value.into(), weight.into()]);
-            output
-        })
+        let [value, weight] = [value, weight].map(|number| Entry::Numbers(vec![number]));
+        let more = vec![Entry::Coordinate(coordinate), Entry::Count(node), value, weight];
+        let [output] = self.ready_outputs(name, Part { more, ..Part::of(&READING) });
+        output
     }
 
     /// Adds the time of an event, s, as an output; events are counted from 0 in [`Inputs::events`](crate::Inputs::events).
     pub fn event_time(&mut self, name: &str, event: usize) -> Output {
-        let output = self.output(name);
-        self.term(output, name, When, Sum::Event(event), [], [], [], []);
+        let [output] = self.ready_outputs(name, Part { more: vec![Entry::Count(event)], ..Part::of(&EVENT_TIME) });
         output
     }
 
     /// Adds the impulse of a constraint equation at an event, N s or N m s, as an output: −Δσ over the steps of length zero that follow the event. It acts
     /// along Φ_qᵀ and is positive if it increases dΦ/dt. Events are counted from 0 in [`Inputs::events`](crate::Inputs::events).
     pub fn event_impulse(&mut self, name: &str, equation: Multiplier, event: usize) -> Output {
-        let output = self.output(name);
-        self.term(output, name, Multiple, Sum::AfterEvent(event), [], [equation], [], [(-1.0).into()]);
-        self.term(output, &format!("{name} (before)"), Multiple, Sum::Event(event), [], [equation], [], [1.0.into()]);
+        let more = vec![Entry::Equations(vec![equation]), Entry::Count(event)];
+        let [output] = self.ready_outputs(name, Part { more, ..Part::of(&EVENT_IMPULSE) });
         output
-    }
-
-    /// Records a ready-made cost or output, and adds its terms.
-    fn ready_cost<R>(&mut self, name: &str, cost: ReadyCost, add: impl FnOnce(&mut Self) -> R) -> R {
-        self.noted(name, Added::Cost(cost), |scene, _| add(scene))
     }
 
     /// Adds a cost as a function of lists whose lengths are known at run time ([`ListCost`]).
@@ -270,7 +294,7 @@ impl Scene {
         self.costs_named.push(name.to_string());
         if let Some(to) = to {
             let place = self.parts.costs.push(PlacedCost::new((name, output), (cost, sum), to));
-            self.recipe.note(name, || Added::Function(place));
+            self.note(name, Added::Function(place));
         }
     }
 }

@@ -80,7 +80,7 @@ impl Scene {
         self.parts.events.push(name.to_string());
         if let Some(to) = self.connect(name, (q, sigma, u, b)) {
             let place = self.parts.costs.push(PlacedCost::new((name, EVENTS + event), (function, Sum::AllNodes), to));
-            self.recipe.note(name, || Added::Function(place));
+            self.note(name, Added::Function(place));
         }
         Event(self.parts.scene.handle(event))
     }

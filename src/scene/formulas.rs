@@ -30,7 +30,7 @@ impl Scene {
         self.elements.push(name.to_string());
         let item = PlacedElement::new(name, formula.element(kind), to);
         let place = self.parts.batches.push_like(like, item);
-        self.recipe.note(name, || Added::Element(place));
+        self.note(name, Added::Element(place));
     }
 
     /// Adds a cost, a term of an output, or an event.
@@ -45,7 +45,7 @@ impl Scene {
             _ => self.costs_named.push(name.to_string()),
         }
         let place = self.parts.costs.push(PlacedCost::of_formula((name, output, sum), Arc::new(formula), to));
-        self.recipe.note(name, || Added::Function(place));
+        self.note(name, Added::Function(place));
     }
 
     /// Adds the equations of a constraint and returns their numbers.
@@ -90,9 +90,9 @@ impl Scene {
         None
     }
 
-    /// The name of the constraint of an equation.
-    pub(crate) fn constraint_of(&self, equation: usize) -> Option<&str> {
-        self.place_of(equation).map(|(name, ..)| name)
+    /// The number of an element, counted in the order in which elements were added.
+    pub(crate) fn number_of_element(&self, name: &str) -> usize {
+        self.elements.iter().position(|known| known == name).unwrap_or(usize::MAX)
     }
 
     /// The name of an equation: that of its constraint, and its number there if it has several.

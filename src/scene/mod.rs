@@ -3,11 +3,15 @@
 //! The methods that add parts never fail; [`Scene::compile`] checks everything and returns the [`System`] to be simulated.
 
 pub mod axis;
+mod basic;
 mod checks;
 mod costs;
 mod events;
 #[cfg(feature = "files")]
 mod formulas;
+mod kind;
+#[cfg(feature = "files")]
+pub(crate) mod kinds;
 mod lists;
 mod named;
 pub mod planar;
@@ -23,7 +27,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use crate::model::element::{Constraint, Force, KineticEnergy, ParameterFormula, PotentialEnergy};
-use crate::model::{Control, Coordinate, Design, Drawn, Frame, Multiplier, Param, Point, Shape};
+use crate::model::{Control, Coordinate, Drawn, Frame, Multiplier, Param, Point, Shape};
 use crate::number::guarded;
 use crate::program::{Obstacle, Symbol, record};
 use crate::system::{
@@ -88,54 +92,6 @@ impl Scene {
     /// An empty scene.
     pub fn new() -> Self {
         Scene::default()
-    }
-
-    /// Adds generalized coordinates that belong together (a body, a whole mechanism), in m or rad.
-    ///
-    /// The coordinates of a group are eliminated together in the linear solves, so put closely coupled coordinates into one group.
-    pub fn coordinates<const N: usize>(&mut self, group: &str, names: [&str; N]) -> [Coordinate; N] {
-        let first = self.coordinate_group(group, &names);
-        std::array::from_fn(|i| Coordinate(self.parts.scene.handle(first + i)))
-    }
-
-    /// Adds a group of coordinates and returns the number of the first.
-    pub(crate) fn coordinate_group(&mut self, group: &str, names: &[&str]) -> usize {
-        self.recipe.note(group, || Added::Coordinates(names.iter().map(|name| name.to_string()).collect()));
-        let first = self.parts.coordinates.len();
-        self.parts.scene.begin_part();
-        self.parts.coordinates.extend(names.iter().map(|name| format!("{group}.{name}")));
-        self.parts.initial.resize(first + names.len(), 0.0);
-        self.parts.groups.push((group.to_string(), first..first + names.len()));
-        first
-    }
-
-    /// Sets the initial value of a coordinate, m or rad ([`System::initial_coordinates`]).
-    pub fn place(&mut self, coordinate: Coordinate, value: f64) {
-        if self.check("the initial coordinates", "coordinate", [coordinate.0]) {
-            self.recipe.note("", || Added::Place(coordinate, value));
-            self.parts.initial[coordinate.0.index] = value;
-        }
-    }
-
-    /// The initial value of a coordinate, m or rad; NaN for a coordinate of another scene.
-    pub fn initial(&self, coordinate: Coordinate) -> f64 {
-        if self.parts.scene.owns(&coordinate.0) { self.parts.initial[coordinate.0.index] } else { f64::NAN }
-    }
-
-    /// Adds a control channel.
-    pub fn control(&mut self, name: &str) -> Control {
-        self.recipe.note(name, || Added::Control);
-        self.parts.scene.begin_part();
-        self.parts.controls.push(name.to_string());
-        Control(self.parts.scene.handle(self.parts.controls.len() - 1))
-    }
-
-    /// Adds a design variable with its value; use its handle instead of a number in elements.
-    pub fn design(&mut self, name: &str, value: f64) -> Design {
-        self.recipe.note(name, || Added::Design(value));
-        self.parts.scene.begin_part();
-        self.parts.designs.push((name.to_string(), value));
-        Design(self.parts.scene.handle(self.parts.designs.len() - 1))
     }
 
     /// Adds a parameter computed from other parameters by a user-defined formula. In most cases the operators and functions of [`Param`]
@@ -322,7 +278,7 @@ impl Scene {
             b: b.to_vec(),
         };
         let place = self.parts.batches.push(batch, PlacedElement::new(name, formula, to));
-        self.recipe.note(name, || Added::Element(place));
+        self.note(name, Added::Element(place));
     }
 
     /// Adds the equations of a constraint.
@@ -364,13 +320,6 @@ impl Scene {
 
     pub(crate) fn draw_body(&mut self, name: &str, frame: Frame) {
         self.parts.sketch.bodies.push((name.to_string(), frame));
-    }
-
-    pub(crate) fn set_gravity(&mut self, gravity: [Param; 3]) {
-        if self.check_params("gravity", &gravity) {
-            self.recipe.note("gravity", || Added::Gravity(gravity));
-            self.parts.gravity = gravity.map(Some);
-        }
     }
 
     /// Placeholder for the multipliers of a joint that could not be added.

@@ -1,6 +1,7 @@
 //! The parts of a scene by their names.
 
 use super::{EndState, Scene};
+use crate::model::space::Body;
 use crate::model::{Control, Coordinate, Design, Event, Frame, Multiplier, Output};
 
 impl Scene {
@@ -49,7 +50,13 @@ impl Scene {
         Some(equations.map(|equation| Multiplier(self.parts.scene.handle(equation))).collect())
     }
 
-    /// The frame of the body or particle with the given name.
+    /// The body in space with the given name.
+    pub fn body_in_space_named(&self, name: &str) -> Option<Body> {
+        let at = self.parts.sketch.space.all.iter().position(|body| body.name == name)?;
+        Some(Body(Some(self.parts.scene.handle(at))))
+    }
+
+    /// The frame of the body or particle in the plane with the given name.
     pub fn frame_named(&self, name: &str) -> Option<Frame> {
         self.parts.sketch.bodies.iter().find(|(known, _)| known == name).map(|(_, frame)| *frame)
     }

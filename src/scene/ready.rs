@@ -1,26 +1,16 @@
 //! The parts of a scene as data, in the order in which they were added: the content of a scene file.
 
+pub(crate) use super::kind::{Entry, Kind, Part, Place, Sort};
 use crate::Scene;
-use crate::model::{Control, Coordinate, Frame, Multiplier, Param, Point};
+use crate::model::{Control, Multiplier, Output, Param, Point};
+#[cfg(feature = "files")]
+use crate::model::{Coordinate, Event, Frame};
 
 /// A part of a scene: ready-made, or a formula of the user.
 #[derive(Clone, Debug)]
 #[cfg_attr(not(feature = "files"), expect(dead_code, reason = "read only by `files`"))]
 pub(crate) enum Added {
-    Control,
-    Design(f64),
-    /// The names of the coordinates of a group, without the name of the group.
-    Coordinates(Vec<String>),
-    /// The initial value of a coordinate.
-    Place(Coordinate, f64),
-    /// Gravity along x, y and z, m/s².
-    Gravity([Param; 3]),
-    /// Mass and moment of inertia; x, y, φ.
-    Body([Param; 2], [f64; 3]),
-    /// Mass; x, y.
-    Particle(Param, [f64; 2]),
     Part(Part),
-    Cost(ReadyCost),
     /// A user-defined element: its batch, and its place there.
     Element((usize, usize)),
     /// A user-defined cost, term of an output or function of an event, by its number.
@@ -29,148 +19,59 @@ pub(crate) enum Added {
     Output,
 }
 
-/// A ready-made cost or output.
-#[derive(Clone, Debug)]
-#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "read only by `files`"))]
-pub(crate) enum ReadyCost {
-    Effort { control: Control, weight: Param },
-    Time { weight: Param },
-    EndState { coordinate: Coordinate },
-    Reading { coordinate: Coordinate, node: usize, value: f64, weight: f64 },
+/// What parts can refer to.
+#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "used only by `files`"))]
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Referred {
+    Coordinate,
+    Equation,
+    Event,
+    BodyInSpace,
+    Output,
+    Element,
 }
 
-/// A part between two frames.
-#[derive(Clone, Debug)]
-pub(crate) struct Part {
-    pub(crate) kind: &'static Kind,
-    /// Points, as many as the kind has places; a frame without a point is represented by its origin.
-    pub(crate) points: Vec<Point>,
-    pub(crate) numbers: Vec<Param>,
-    pub(crate) control: Option<Control>,
-    /// Name and parameters of a ready-made function of time.
-    pub(crate) motion: Option<(&'static str, Vec<Param>)>,
-}
-
-impl Part {
-    /// The number `i`.
-    pub(crate) fn number(&self, i: usize) -> Param {
-        self.numbers[i]
-    }
-
-    /// Both points.
-    pub(crate) fn both(&self) -> [Point; 2] {
-        [self.points[0], self.points[1]]
-    }
-
-    /// The control that drives the part, for kinds that have a control.
-    pub(crate) fn by(&self) -> [Control; 1] {
-        self.control.map_or_else(|| unreachable!("a part of this kind has a control"), |control| [control])
-    }
-
-    /// The frames of both points.
-    pub(crate) fn frames(&self) -> (Frame, Frame) {
-        (self.points[0].frame, self.points[1].frame)
-    }
-}
-
-/// A kind of ready-made parts.
-#[cfg_attr(not(feature = "files"), expect(dead_code, reason = "read only by `files`"))]
-pub(crate) struct Kind {
-    pub(crate) name: &'static str,
-    /// Names of the places at which the part is attached.
-    pub(crate) places: &'static [&'static str],
-    /// True if the places are points, false if they are frames.
-    pub(crate) at_points: bool,
-    /// Names of the numbers.
-    pub(crate) numbers: &'static [&'static str],
-    /// Name of the control, if there is one.
-    pub(crate) control: Option<&'static str>,
-    /// True if the part depends on a function of time.
-    pub(crate) moves: bool,
-    /// Adds the elements of a part. As a function of this crate it is compiled once, for all programs that use it.
-    pub(crate) add: fn(&mut Scene, &str, &Part),
-}
-
-impl std::fmt::Debug for Kind {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name)
-    }
-}
-
-impl Kind {
-    /// A kind between a point of a and a point of b.
-    pub(crate) const fn of_points(
-        name: &'static str,
-        numbers: &'static [&'static str],
-        add: fn(&mut Scene, &str, &Part),
-    ) -> Self {
-        Kind { name, places: &["a", "b"], at_points: true, numbers, control: None, moves: false, add }
-    }
-
-    /// A kind between the frames a and b.
-    pub(crate) const fn of_frames(
-        name: &'static str,
-        numbers: &'static [&'static str],
-        add: fn(&mut Scene, &str, &Part),
-    ) -> Self {
-        Kind { at_points: false, ..Kind::of_points(name, numbers, add) }
-    }
-
-    pub(crate) const fn driven_by(self, control: &'static str) -> Self {
-        Kind { control: Some(control), ..self }
-    }
-
-    pub(crate) const fn moving(self) -> Self {
-        Kind { moves: true, ..self }
-    }
-
-    pub(crate) const fn at(self, places: &'static [&'static str]) -> Self {
-        Kind { places, ..self }
-    }
-}
+/// How many of each the scene has.
+pub(crate) type Sizes = [usize; 6];
 
 /// The recorded parts of a scene.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Recipe {
     /// Parts with their names.
     pub(super) added: Vec<(String, Added)>,
-    /// Names of parts that a file cannot store.
-    pub(super) own: Vec<String>,
+    /// The sizes of the scene after each of them was added.
+    sizes: Vec<Sizes>,
     within: bool,
 }
 
-impl Recipe {
-    pub(super) fn note(&mut self, name: &str, added: impl FnOnce() -> Added) {
-        if !self.within {
-            self.added.push((name.to_string(), added()));
-        }
-    }
-
-    pub(super) fn note_own(&mut self, name: &str) {
-        if !self.within {
-            self.own.push(name.to_string());
-        }
-    }
-}
-
 impl Scene {
+    /// Records a part that was added, unless it belongs to a ready-made part.
+    pub(super) fn note(&mut self, name: &str, added: Added) {
+        if !self.recipe.within {
+            let sizes = self.sizes();
+            self.recipe.added.push((name.to_string(), added));
+            self.recipe.sizes.push(sizes);
+        }
+    }
+
     /// Records a ready-made part, and adds its elements.
-    pub(super) fn noted<R>(&mut self, name: &str, added: Added, add: impl FnOnce(&mut Self, &Added) -> R) -> R {
+    pub(super) fn noted(&mut self, name: &str, part: Part, add: impl FnOnce(&mut Self, &Part)) {
         let outside = std::mem::replace(&mut self.recipe.within, true);
-        let result = add(self, &added);
+        add(self, &part);
         self.recipe.within = outside;
-        self.recipe.note(name, || added);
-        result
+        self.note(name, Added::Part(part));
+    }
+
+    fn sizes(&self) -> Sizes {
+        let parts = &self.parts;
+        let bodies = parts.sketch.space.all.len();
+        [parts.coordinates.len(), parts.equations, parts.events.len(), bodies, parts.outputs.len(), self.elements.len()]
     }
 
     /// Adds a ready-made part.
     pub(crate) fn ready(&mut self, name: &str, part: Part) {
         self.check_part(name, &part);
-        self.noted(name, Added::Part(part), |scene, added| {
-            if let Added::Part(part) = added {
-                (part.kind.add)(scene, name, part);
-            }
-        });
+        self.noted(name, part, |scene, part| (part.kind.add)(scene, name, part));
     }
 
     /// Adds a ready-made part between two points.
@@ -181,12 +82,13 @@ impl Scene {
         points: [Point; 2],
         numbers: impl Into<Vec<Param>>,
     ) {
-        self.ready(name, Part { kind, points: points.to_vec(), numbers: numbers.into(), control: None, motion: None });
+        self.ready(name, Part { points: points.to_vec(), numbers: numbers.into(), ..Part::of(kind) });
     }
 
     /// Adds a ready-made part between two points that is driven by a control.
     pub(super) fn ready_driven(&mut self, name: &str, kind: &'static Kind, points: [Point; 2], axis: &[Param], by: Control) {
-        self.ready(name, Part { kind, points: points.to_vec(), numbers: axis.to_vec(), control: Some(by), motion: None });
+        let (points, numbers, control) = (points.to_vec(), axis.to_vec(), Some(by));
+        self.ready(name, Part { points, numbers, control, ..Part::of(kind) });
     }
 
     /// Adds a ready-made joint and returns its multipliers.
@@ -198,6 +100,13 @@ impl Scene {
         numbers: impl Into<Vec<Param>>,
     ) -> [Multiplier; M] {
         self.multipliers_of(|scene| scene.ready_between(name, kind, points, numbers))
+    }
+
+    /// Adds a ready-made part and returns its outputs.
+    pub(super) fn ready_outputs<const N: usize>(&mut self, name: &str, part: Part) -> [Output; N] {
+        let first = self.parts.outputs.len();
+        self.ready(name, part);
+        std::array::from_fn(|i| Output(self.parts.scene.handle(first + i)))
     }
 
     /// The multipliers of the equations added by `add`.
@@ -239,9 +148,17 @@ impl Scene {
         &self.parts.controls[of.index()]
     }
 
-    /// Bodies and particles with their names.
-    pub(crate) fn sketched(&self) -> impl Iterator<Item = (&str, Frame)> {
-        self.parts.sketch.bodies.iter().map(|(name, frame)| (name.as_str(), *frame))
+    pub(crate) fn event_name(&self, of: Event) -> &str {
+        &self.parts.events[of.index()]
+    }
+
+    /// The name of a body or a particle in the plane.
+    pub(crate) fn frame_name(&self, frame: Frame) -> Option<&str> {
+        self.parts.sketch.bodies.iter().find(|(_, known)| *known == frame).map(|(name, _)| name.as_str())
+    }
+
+    pub(crate) fn name_of_body_in_space(&self, index: usize) -> &str {
+        &self.parts.sketch.space.all[index].name
     }
 
     /// All parts with their names, in the order in which they were added.
@@ -249,8 +166,8 @@ impl Scene {
         &self.recipe.added
     }
 
-    /// Names of parts that a file cannot store.
-    pub(crate) fn own(&self) -> &[String] {
-        &self.recipe.own
+    /// The sizes of the scene after each of them was added.
+    pub(crate) fn sizes_after(&self) -> &[Sizes] {
+        &self.recipe.sizes
     }
 }

@@ -3,6 +3,7 @@
 use nalgebra::SVector;
 
 use super::Scene;
+use super::ready::{Entry, Kind, Part, Sort};
 use crate::model::{Action, Event, Gap, Multiplier, Param, Switch};
 use crate::{Cost, CostPoint, Scalar};
 
@@ -15,13 +16,44 @@ impl Cost<0, 1, 0, 0> for Reaction {
     }
 }
 
+/// The entries of a part that an event acts on.
+const AT_EVENT: &[(&str, Sort)] = &[("name", Sort::Event), ("equations", Sort::Equations)];
+
+pub(super) static OPEN: Kind =
+    Kind::new("open at event", &[], |scene, name, part| scene.switch(name, part, Action::Open)).with(AT_EVENT);
+
+pub(super) static CLOSE: Kind =
+    Kind::new("close at event", &[], |scene, name, part| scene.switch(name, part, Action::Close)).with(AT_EVENT);
+
+pub(super) static HOLD: Kind =
+    Kind::new("hold at event", &[], |scene, name, part| scene.switch(name, part, Action::Hold)).with(AT_EVENT);
+
+pub(super) static IMPACT: Kind = Kind::new("impact at event", &["restitution"], |scene, name, part| {
+    let restitution = part.number(0);
+    if scene.check_params(name, &[restitution]) {
+        scene.require_nonnegative(restitution, format!("the restitution at event `{name}`"));
+        scene.switch(name, part, Action::Impact(restitution));
+    }
+})
+.with(&[("name", Sort::Event), ("equation", Sort::Equation)]);
+
+pub(super) static REACTION: Kind = Kind::new("reaction event", &[], |scene, name, part| {
+    let event = scene.event(name, Reaction, [], [part.equations()[0]], [], []);
+    scene.parts.sides.push((event.index(), -1.0));
+})
+.with(&[("equation", Sort::Equation)]);
+
+/// All kinds of parts that belong to events.
+#[cfg(feature = "files")]
+pub(super) static KINDS: [&Kind; 5] = [&OPEN, &CLOSE, &HOLD, &IMPACT, &REACTION];
+
 impl Scene {
     /// Opens constraint equations at an event: from then on, dΦ/dt = 0 does not hold, and σ̇ = 0, so that no force acts.
     ///
     /// A step of length zero must follow the node of the event ([`Inputs::events`](crate::Inputs::events)). Its end belongs to the motion with the
     /// equations open.
     pub fn open_at(&mut self, event: Event, equations: &[Multiplier]) {
-        self.switch_at(event, equations, Action::Open);
+        self.ready_at(event, equations, &OPEN, &[]);
     }
 
     /// Closes constraint equations at an event: from then on, dΦ/dt = 0 holds. The velocities jump as in a plastic impact; the impulses are the changes
@@ -30,14 +62,14 @@ impl Scene {
     /// A step of length zero must follow the node of the event ([`Inputs::events`](crate::Inputs::events)). Equations that some event closes are open at
     /// the start, unless [`Inputs::open`](crate::Inputs::open) says otherwise.
     pub fn close_at(&mut self, event: Event, equations: &[Multiplier]) {
-        self.switch_at(event, equations, Action::Close);
+        self.ready_at(event, equations, &CLOSE, &[]);
     }
 
     /// Closes constraint equations at an event, at their present values: from then on, dΦ/dt = 0 holds, but Φ need not be zero. Use it where a foot or a wheel
     /// begins to stick wherever it is. Otherwise as [`close_at`](Self::close_at). Such equations are not projected
     /// ([`Settings::drift_bound`](crate::Settings::drift_bound)).
     pub fn hold_at(&mut self, event: Event, equations: &[Multiplier]) {
-        self.switch_at(event, equations, Action::Hold);
+        self.ready_at(event, equations, &HOLD, &[]);
     }
 
     /// Makes an event an impact on a constraint equation, with a coefficient of restitution e: dΦ/dt jumps to −e dΦ/dt, by an impulse along Φ_qᵀ, to which
@@ -69,30 +101,29 @@ impl Scene {
     /// # Ok::<(), hamiltonian_adjoint::Error>(())
     /// ```
     pub fn impact_at(&mut self, event: Event, equation: Multiplier, restitution: impl Into<Param>) {
-        let restitution = restitution.into();
-        let name = self.name_of(event);
-        if self.check_params(&name, &[restitution]) {
-            self.require_nonnegative(restitution, format!("the restitution at event `{name}`"));
-            self.switch_at(event, &[equation], Action::Impact(restitution));
-        }
+        self.ready_at(event, &[equation], &IMPACT, &[restitution.into()]);
     }
 
     /// Adds the event at which the reaction λ of a constraint equation becomes zero from below: a contact that pushes (its force is −Φ_qᵀλ, so λ < 0) would
     /// begin to pull.
     pub fn reaction_event(&mut self, name: &str, equation: Multiplier) -> Event {
-        let event = self.event(name, Reaction, [], [equation], [], []);
-        self.parts.sides.push((event.index(), -1.0));
-        event
+        let number = self.parts.events.len();
+        self.ready(name, Part { more: vec![Entry::Equations(vec![equation])], ..Part::of(&REACTION) });
+        Event(self.parts.scene.handle(number))
     }
 
-    fn switch_at(&mut self, event: Event, equations: &[Multiplier], action: Action) {
-        let name = self.name_of(event);
-        if !(self.check(&name, "event", [event.0]) && self.check(&name, "multiplier", equations.iter().map(|sigma| sigma.0)))
-        {
+    fn ready_at(&mut self, event: Event, equations: &[Multiplier], kind: &'static Kind, numbers: &[Param]) {
+        let name = self.parts.events.get(event.index()).cloned().unwrap_or_default();
+        let more = vec![Entry::Event(event), Entry::Equations(equations.to_vec())];
+        self.ready(&name, Part { numbers: numbers.to_vec(), more, ..Part::of(kind) });
+    }
+
+    fn switch(&mut self, name: &str, part: &Part, action: Action) {
+        let (event, equations) = (part.event(), part.equations());
+        if !(self.check(name, "event", [event.0]) && self.check(name, "multiplier", equations.iter().map(|sigma| sigma.0))) {
             return;
         }
         self.parts.scene.begin_part();
-        self.recipe.note_own(&name);
         for equation in equations.iter().map(Multiplier::index) {
             let here: Vec<Switch> =
                 self.parts.switches.iter().filter(|known| known.event == event.index()).copied().collect();
@@ -112,9 +143,5 @@ impl Scene {
             self.parts.gaps.push(Gap { event: event.index(), equation });
             self.parts.sides.push((event.index(), 1.0));
         }
-    }
-
-    fn name_of(&self, event: Event) -> String {
-        self.parts.events.get(event.index()).cloned().unwrap_or_default()
     }
 }

@@ -18,6 +18,8 @@ mod ready_costs;
 mod scenes;
 mod space;
 #[cfg(feature = "files")]
+mod space_files;
+#[cfg(feature = "files")]
 mod study;
 #[cfg(feature = "files")]
 mod worksheet;

@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 
 /// All kinds of parts, in mechanisms that stand side by side; parameters of all forms.
-fn everything() -> Scene {
+pub fn everything() -> Scene {
     let mut scene = Scene::new();
     let l = scene.design("length of \"it\"", 0.5);
     let m = scene.design("m", 1.5);

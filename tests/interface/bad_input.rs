@@ -237,7 +237,7 @@ fn constants_that_are_not_finite_are_refused() {
 
     let mut scene = Scene::new();
     scene.body("rod", f64::NAN, 1.0, [0.0; 3]);
-    assert_says(&refused(scene), &["the mass of `rod` is NaN"]);
+    assert_says(&refused(scene), &["`mass` of `rod` is NaN"]);
 
     let (mut scene, rod) = with_rod();
     scene.kinetic_energy("own", RigidBody, rod.coordinates, [1.0.into(), f64::INFINITY.into()]);

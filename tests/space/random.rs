@@ -7,6 +7,8 @@ mod chain;
 mod conservation;
 mod cuts;
 mod derivatives;
+#[cfg(feature = "files")]
+mod files;
 mod loops;
 mod plan;
 

@@ -18,7 +18,10 @@ impl Param {
             Source::Design(design) => Some(times(quoted(designs[design.index()])?)),
             Source::Expression(expression) => {
                 let name = |input: Expression| quoted(designs.get(input.input()?)?);
-                let text = expressions::with(expression.scene, |graph| write(graph, &[expression.node], Parts::Long, &name));
+                let text = expressions::with(expression.scene, |graph| {
+                    let (graph, of) = graph.canonical(&[expression.node]);
+                    write(&graph, &of, Parts::Long, &name)
+                });
                 let Text { parts, results } = text.flatten()?;
                 let parts: String = parts.into_iter().map(|part| part + "; ").collect();
                 Some(parts + &times(results[0].as_factor()))

@@ -17,11 +17,34 @@ pub struct Marker {
     pub(crate) axes: Axes,
 }
 
+/// A quantity of a marker with components along the axes of the inertial frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// The position, m.
+    Position,
+    /// The velocity, m/s.
+    Velocity,
+    /// The acceleration, m/s².
+    Acceleration,
+    /// The direction of the x axis.
+    XAxis,
+    /// The direction of the y axis.
+    YAxis,
+    /// The direction of the z axis.
+    ZAxis,
+    /// The angular velocity, rad/s.
+    AngularVelocity,
+    /// The angular acceleration, rad/s².
+    AngularAcceleration,
+}
+
 /// The axes of a marker in the frame of its body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Axes {
-    /// The columns of this matrix.
-    Rotation(Matrix),
+    /// Those of the body.
+    OfBody,
+    /// Those of the body after a rotation by roll, pitch and yaw.
+    Turned(Vector),
     /// The z axis has this direction; the others are those of the body after the shortest rotation, or near −z after a half turn about x and the
     /// shortest rotation from there.
     Along(Vector),
@@ -35,7 +58,7 @@ impl Body {
 
     /// The marker at a point of the body's frame, m, with the axes of the body.
     pub fn at(self, point: impl Components<3>) -> Marker {
-        Marker { body: self, at: point.params(), axes: Axes::Rotation(vectors::identity()) }
+        Marker { body: self, at: point.params(), axes: Axes::OfBody }
     }
 
     /// The marker at the origin of the body's frame, with the axes of the body.
@@ -61,12 +84,7 @@ impl Marker {
     /// The marker with the axes of the body turned by roll, pitch and yaw, rad: R = R_z(yaw) R_y(pitch) R_x(roll).
     #[must_use]
     pub fn turned(self, roll_pitch_yaw: impl Components<3>) -> Self {
-        let [(sr, cr), (sp, cp), (sy, cy)] = roll_pitch_yaw.params().map(|angle| (angle.sin(), angle.cos()));
-        let (one, nil) = (Param::from(1.0), Param::from(0.0));
-        let x = [[one, nil, nil], [nil, cr, -sr], [nil, sr, cr]];
-        let y = [[cp, nil, sp], [nil, one, nil], [-sp, nil, cp]];
-        let z = [[cy, -sy, nil], [sy, cy, nil], [nil, nil, one]];
-        Marker { axes: Axes::Rotation(vectors::product(vectors::product(z, y), x)), ..self }
+        Marker { axes: Axes::Turned(roll_pitch_yaw.params()), ..self }
     }
 
     /// The body of the marker.
@@ -77,7 +95,8 @@ impl Marker {
     /// All parameters of the marker.
     pub(crate) fn params(&self) -> Vec<Param> {
         let axes = match self.axes {
-            Axes::Rotation(rotation) => rotation.concat(),
+            Axes::OfBody => Vec::new(),
+            Axes::Turned(angles) => angles.to_vec(),
             Axes::Along(z) => z.to_vec(),
             Axes::Toward(z, x) => [z, x].concat(),
         };
@@ -90,7 +109,7 @@ impl Axes {
     fn lengths(self, value: &dyn Fn(Param) -> f64) -> Vec<f64> {
         let length = |direction: Vector| direction.map(value).iter().map(|x| x * x).sum::<f64>().sqrt();
         match self {
-            Axes::Rotation(_) => Vec::new(),
+            Axes::OfBody | Axes::Turned(_) => Vec::new(),
             Axes::Along(z) => vec![length(z)],
             Axes::Toward(z, x) => {
                 let (both, across) = (length(z) * length(x), length(vectors::cross(z, x)));
@@ -113,7 +132,8 @@ impl Axes {
     /// The rotation whose columns are the axes. `value` is the present value of a parameter.
     fn rotation(self, value: &dyn Fn(Param) -> f64) -> Matrix {
         match self {
-            Axes::Rotation(rotation) => rotation,
+            Axes::OfBody => vectors::identity(),
+            Axes::Turned(angles) => turned(angles),
             Axes::Along(z) => shortest(vectors::unit(z), value),
             Axes::Toward(z, x) => {
                 let z = vectors::unit(z);
@@ -122,6 +142,16 @@ impl Axes {
             }
         }
     }
+}
+
+/// R_z(yaw) R_y(pitch) R_x(roll).
+fn turned(roll_pitch_yaw: Vector) -> Matrix {
+    let [(sr, cr), (sp, cp), (sy, cy)] = roll_pitch_yaw.map(|angle| (angle.sin(), angle.cos()));
+    let (one, nil) = (Param::from(1.0), Param::from(0.0));
+    let x = [[one, nil, nil], [nil, cr, -sr], [nil, sr, cr]];
+    let y = [[cp, nil, sp], [nil, one, nil], [-sp, nil, cp]];
+    let z = [[cy, -sy, nil], [sy, cy, nil], [nil, nil, one]];
+    vectors::product(vectors::product(z, y), x)
 }
 
 /// The sine of an angle between axes that is rounding.

@@ -10,5 +10,7 @@ pub(crate) use bodies::{Bodies, BodyPart, Carried, Connection, ConnectionKind, C
 pub use components::Components;
 pub use inertia::Inertia;
 pub(crate) use inertia::{Moments, principal};
-pub use marker::{Body, Marker};
+#[cfg(feature = "files")]
+pub(crate) use marker::Axes;
+pub use marker::{Body, Marker, Quantity};
 pub(crate) use vectors::{Matrix, Vector, add, apply, negated, plus, scaled, transposed, zero};

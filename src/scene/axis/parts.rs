@@ -7,8 +7,9 @@ use super::along::{Along, Push, combined};
 use crate::model::element::{ForcePoint, ListCost, ListPoint};
 use crate::model::{Control, Coordinate, Drives, Multiplier, Param};
 use crate::planar::{AppliedTorque, Constant, Motion};
-use crate::scene::planar::{dry_friction, stop_force, within};
-use crate::{Constraint, Error, Force, KineticEnergy, PotentialEnergy, Scalar, Scene};
+use crate::scene::planar::{dry_friction, stop_force, with_motion, within};
+use crate::scene::ready::{Kind, Part, Sort};
+use crate::{Constraint, Force, KineticEnergy, PotentialEnergy, Scalar, Scene};
 
 /// F = u.
 struct Motor;
@@ -85,13 +86,75 @@ impl<F: Motion<P>, const P: usize> Constraint<1, 1, P> for Driven<F> {
     }
 }
 
+static MOTOR: Kind = Kind::of_axis("motor", &[], |scene, name, part| {
+    let (axis, by) = (part.axis(), part.by());
+    let along = axis.q.first().map(|q| (by[0], Drives::Coordinate(*q)));
+    scene.parts.sketch.driven.extend(along);
+    scene.list_force(name, Push(Motor), &axis.q, &by, &axis.factors);
+})
+.driven_by("force");
+
+static AXIS_FORCE: Kind = Kind::of_axis("axis force", &[], |scene, name, part| {
+    with_motion!(part, motion, parameters, scene.axis_force(name, part.axis().clone(), motion, parameters));
+})
+.moving();
+
+static SPRING_DAMPER: Kind =
+    Kind::of_axis("axis spring and damper", &["stiffness", "free_value", "damping"], |scene, name, part| {
+        let (axis, [stiffness, free_value, damping]) = (part.axis(), part.numbers_from(0));
+        if stiffness.constant() != Some(0.0) {
+            let b = axis.and(&[stiffness, free_value]);
+            scene.list_potential_energy(&format!("{name} (spring)"), Along(Spring), &axis.q, &b);
+        }
+        if damping.constant() != Some(0.0) {
+            scene.list_force(&format!("{name} (damper)"), Push(Damper), &axis.q, &[], &axis.and(&[damping]));
+        }
+    });
+
+static COULOMB_FRICTION: Kind = Kind::of_axis("axis Coulomb friction", &["force", "speed"], |scene, name, part| {
+    let axis = part.axis();
+    scene.require_positive(part.number(1), format!("the speed of {}", scene.along(name, axis)));
+    scene.list_force(name, Push(DryFriction), &axis.q, &[], &axis.and(&part.numbers));
+});
+
+const OF_STOP: &[&str] = &["lower", "upper", "stiffness", "damping", "width"];
+
+static END_STOP: Kind = Kind::of_axis("axis end stop", OF_STOP, |scene, name, part| {
+    let (axis, [lower, upper, .., width]) = (part.axis(), part.numbers_from::<5>(0));
+    let of = scene.along(name, axis);
+    scene.require_positive(upper - lower, format!("the upper limit minus the lower limit of {of}"));
+    let is_smooth = scene.is_smooth(name, width);
+    scene.list_force(name, Push(EndStop(is_smooth)), &axis.q, &[], &axis.and(&part.numbers));
+    if !is_smooth {
+        scene.list_event(name, Range, &axis.q, &[], &[], &axis.and(&[lower, upper]));
+    }
+});
+
+static ROTOR: Kind = Kind::of_axis("rotor", &["inertia", "ratio"], |scene, name, part| {
+    let axis = part.axis();
+    scene.require_nonnegative(part.number(0), format!("the inertia of {}", scene.along(name, axis)));
+    scene.list_kinetic_energy(name, Along(Rotor), &axis.q, &axis.and(&part.numbers));
+});
+
+static DRIVEN_AXIS: Kind = Kind::of_axis("driven axis", &[], |scene, name, part| {
+    with_motion!(part, motion, parameters, scene.driven_axis(name, part.axis().clone(), motion, parameters));
+})
+.moving();
+
+static LINEAR_RELATION: Kind = Kind::new("linear relation", &["c"], |scene, name, part| {
+    scene.driven_axis(name, part.axis().clone(), Constant, [part.number(0)]);
+})
+.with(&[("terms", Sort::Axis)]);
+
+/// All kinds of parts along an axis.
+#[cfg(feature = "files")]
+pub(crate) static KINDS: [&Kind; 8] =
+    [&MOTOR, &AXIS_FORCE, &SPRING_DAMPER, &COULOMB_FRICTION, &END_STOP, &ROTOR, &DRIVEN_AXIS, &LINEAR_RELATION];
+
 impl Scene {
     /// Adds the force u (N or N m) of a motor along an axis, driven by a control. For a joint it acts on its second body, and its reaction on the first.
     pub fn motor(&mut self, name: &str, axis: impl Into<Axis>, force: Control) {
-        let axis = axis.into();
-        let along = axis.q.first().map(|q| (force, Drives::Coordinate(*q)));
-        self.parts.sketch.driven.extend(along);
-        self.list_force(name, Push(Motor), &axis.q, &[force], &axis.factors);
+        self.ready(name, Part { control: Some(force), ..Part::along(&MOTOR, axis.into(), &[]) });
     }
 
     /// Adds a force f(t; parameters), N or N m, along an axis; use [`Constant`] for a constant force.
@@ -100,7 +163,9 @@ impl Scene {
         F: Motion<P>,
     {
         let axis = axis.into();
-        self.list_force(name, Push::<_, 0, P>(AppliedTorque(motion)), &axis.q, &[], &axis.and(&parameters));
+        self.driven(name, Part::along(&AXIS_FORCE, axis.clone(), &[]), motion, parameters, |scene, motion| {
+            scene.list_force(name, Push::<_, 0, P>(AppliedTorque(motion)), &axis.q, &[], &axis.and(&parameters));
+        });
     }
 
     /// Adds a spring and a damper along an axis: stiffness (N/m or N m/rad), free value s₀ of the coordinate (m or rad), damping (N s/m or N m s/rad).
@@ -112,19 +177,8 @@ impl Scene {
         free_value: impl Into<Param>,
         damping: impl Into<Param>,
     ) {
-        let (axis, stiffness, free_value, damping) = (axis.into(), stiffness.into(), free_value.into(), damping.into());
-        self.part(name, &axis, &[("stiffness", stiffness), ("free value", free_value), ("damping", damping)]);
-        if stiffness.constant() != Some(0.0) {
-            self.list_potential_energy(
-                &format!("{name} (spring)"),
-                Along(Spring),
-                &axis.q,
-                &axis.and(&[stiffness, free_value]),
-            );
-        }
-        if damping.constant() != Some(0.0) {
-            self.list_force(&format!("{name} (damper)"), Push(Damper), &axis.q, &[], &axis.and(&[damping]));
-        }
+        let numbers = [stiffness.into(), free_value.into(), damping.into()];
+        self.ready(name, Part::along(&SPRING_DAMPER, axis.into(), &numbers));
     }
 
     /// Adds regularised dry friction along an axis: a force of at most `force` (N or N m), reached at a few times `speed` (m/s or rad/s).
@@ -137,25 +191,14 @@ impl Scene {
         force: impl Into<Param>,
         speed: impl Into<Param>,
     ) {
-        let (axis, force, speed) = (axis.into(), force.into(), speed.into());
-        let part = self.part(name, &axis, &[("force", force), ("speed", speed)]);
-        self.require_positive(speed, format!("the speed of {part}"));
-        self.list_force(name, Push(DryFriction), &axis.q, &[], &axis.and(&[force, speed]));
+        self.ready(name, Part::along(&COULOMB_FRICTION, axis.into(), &[force.into(), speed.into()]));
     }
 
     /// Adds end stops of an axis at the `limits` [lower, upper] of its coordinate (m or rad).
     ///
     /// `law` = [k in N/m or N m/rad, c in s/m or s/rad, w in m or rad]; force and event are those of [`end_stop`](Self::end_stop).
     pub fn axis_end_stop(&mut self, name: &str, axis: impl Into<Axis>, limits: [Param; 2], law: [Param; 3]) {
-        let (axis, [lower, upper], [stiffness, damping, width]) = (axis.into(), limits, law);
-        let numbers = [("lower", lower), ("upper", upper), ("stiffness", stiffness), ("damping", damping), ("width", width)];
-        let part = self.part(name, &axis, &numbers);
-        self.require_positive(upper - lower, format!("the upper limit minus the lower limit of {part}"));
-        let is_smooth = self.is_smooth(name, width);
-        self.list_force(name, Push(EndStop(is_smooth)), &axis.q, &[], &axis.and(&numbers.map(|(_, number)| number)));
-        if !is_smooth {
-            self.list_event(name, Range, &axis.q, &[], &[], &axis.and(&limits));
-        }
+        self.ready(name, Part::along(&END_STOP, axis.into(), &[&limits[..], &law].concat()));
     }
 
     /// Adds the inertia I (kg m², or kg) of a rotor that turns n times as fast as the coordinate of the axis, T = ½ I (n ds/dt)².
@@ -163,10 +206,7 @@ impl Scene {
     /// This is the energy of a rotor behind a gear with the ratio n, without the (usually small) coupling of its spin with the motion of the body that
     /// carries it.
     pub fn rotor(&mut self, name: &str, axis: impl Into<Axis>, inertia: impl Into<Param>, ratio: impl Into<Param>) {
-        let (axis, inertia, ratio) = (axis.into(), inertia.into(), ratio.into());
-        let part = self.part(name, &axis, &[("inertia", inertia), ("ratio", ratio)]);
-        self.require_nonnegative(inertia, format!("the inertia of {part}"));
-        self.list_kinetic_energy(name, Along(Rotor), &axis.q, &axis.and(&[inertia, ratio]));
+        self.ready(name, Part::along(&ROTOR, axis.into(), &[inertia.into(), ratio.into()]));
     }
 
     /// Adds a drive: the prescribed value s = f(t; parameters), m or rad, of the coordinate of an axis.
@@ -184,8 +224,12 @@ impl Scene {
         F: Motion<P>,
     {
         let axis = axis.into();
-        let driven = Along::<_, P>(Driven(motion));
-        self.multipliers_of(|scene| _ = scene.list_constraint(name, driven, 1, &axis.q, &axis.and(&parameters)))
+        self.multipliers_of(|scene| {
+            scene.driven(name, Part::along(&DRIVEN_AXIS, axis.clone(), &[]), motion, parameters, |scene, motion| {
+                let driven = Along::<_, P>(Driven(motion));
+                scene.list_constraint(name, driven, 1, &axis.q, &axis.and(&parameters));
+            });
+        })
     }
 
     /// Adds the relation Σ a_k q_k = c of coordinates q_k with factors a_k, for example a gear between two joints.
@@ -197,17 +241,14 @@ impl Scene {
         terms: [(Coordinate, P); N],
         c: impl Into<Param>,
     ) -> [Multiplier; 1] {
-        self.driven_axis(name, terms, Constant, [c.into()])
+        let part = Part::along(&LINEAR_RELATION, terms.into(), &[c.into()]);
+        self.multipliers_of(|scene| scene.ready(name, part))
     }
 
-    /// Reports numbers that are not finite. Returns the names of the part and of its coordinates, for messages.
-    fn part(&mut self, name: &str, axis: &Axis, numbers: &[(&str, Param)]) -> String {
+    /// The names of a part and of the coordinates of its axis, for messages.
+    pub(in crate::scene) fn along(&self, name: &str, axis: &Axis) -> String {
         let own = axis.q.iter().filter(|q| self.parts.scene.owns(&q.0));
         let coordinates: Vec<_> = own.map(|q| format!("`{}`", self.parts.coordinates[q.index()])).collect();
-        let part = format!("`{name}` along {}", coordinates.join(", "));
-        if let Some((number, param)) = numbers.iter().find(|(_, param)| !param.factor().is_finite()) {
-            self.report(Error::NotFinite { what: format!("`{number}` of {part}"), value: param.factor() });
-        }
-        part
+        format!("`{name}` along {}", coordinates.join(", "))
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::SVector;
 
 use crate::model::{Frame, Owner, Point};
-use crate::scene::ready::Added;
+use crate::scene::ready::{Entry, Kind, Part, Sort};
 use crate::{Coordinate, KineticEnergy, Param, PotentialEnergy, Scalar, Scene};
 
 /// A planar rigid body of a scene.
@@ -79,58 +79,50 @@ impl PotentialEnergy<2, 3> for Weight {
     }
 }
 
+pub(super) static BODY: Kind = Kind::new("body", &["mass", "inertia"], |scene, name, part| {
+    let (q, [mass, inertia]) = (scene.coordinates(name, ["x", "y", "φ"]), part.numbers_from(0));
+    q.into_iter().zip(part.fixed_numbers()).for_each(|(q, value)| scene.place(q, value));
+    scene.require_nonnegative(mass, format!("the mass of `{name}`"));
+    scene.require_nonnegative(inertia, format!("the moment of inertia of `{name}`"));
+    scene.kinetic_energy(name, RigidBody, q, [mass, inertia]);
+    scene.weight(name, [q[0], q[1]], mass);
+    if inertia.constant() == Some(0.0) {
+        scene.parts.sketch.point_masses.push(scene.parts.sketch.bodies.len());
+    }
+    scene.draw_body(name, Body { coordinates: q }.into());
+})
+.with(&[("place", Sort::Numbers(3))]);
+
+pub(super) static PARTICLE: Kind = Kind::new("particle", &["mass"], |scene, name, part| {
+    let (q, mass) = (scene.coordinates(name, ["x", "y"]), part.number(0));
+    q.into_iter().zip(part.fixed_numbers()).for_each(|(q, value)| scene.place(q, value));
+    scene.require_nonnegative(mass, format!("the mass of `{name}`"));
+    scene.kinetic_energy(name, PointMass, q, [mass]);
+    scene.weight(name, q, mass);
+    scene.draw_body(name, Particle { coordinates: q }.into());
+})
+.with(&[("place", Sort::Numbers(2))]);
+
 impl Scene {
+    fn weight(&mut self, name: &str, q: [Coordinate; 2], mass: Param) {
+        let b = [mass, Param::gravity(0), Param::gravity(1)];
+        self.potential_energy(&format!("weight of {name}"), Weight, q, b);
+    }
+
     /// Adds a rigid body with mass (kg), moment of inertia about its centre (kg m²) and initial position (x, y, φ). Either may be 0 if joints
     /// determine the coordinates without inertia, for example for a point mass on a rod.
     pub fn body(&mut self, name: &str, mass: impl Into<Param>, inertia: impl Into<Param>, place: [f64; 3]) -> Body {
-        self.add_body(name, [mass.into(), inertia.into()], place)
+        let (first, numbers) = (self.parts.coordinates.len(), vec![mass.into(), inertia.into()]);
+        self.ready(name, Part { numbers, more: vec![Entry::Numbers(place.to_vec())], ..Part::of(&BODY) });
+        Body { coordinates: self.handles(first) }
     }
 
     /// Adds a particle with mass (kg) and initial position (x, y), m. It has no angle, so only parts between points can be attached:
     /// hinges, distances, springs, dampers, actuators and applied forces.
     pub fn particle(&mut self, name: &str, mass: impl Into<Param>, place: [f64; 2]) -> Particle {
-        self.add_particle(name, mass.into(), place)
-    }
-
-    fn add_body(&mut self, name: &str, [mass, inertia]: [Param; 2], place: [f64; 3]) -> Body {
-        self.noted(name, Added::Body([mass, inertia], place), |scene, _| {
-            scene.elements_of_body(name, [mass, inertia], place)
-        })
-    }
-
-    fn elements_of_body(&mut self, name: &str, [mass, inertia]: [Param; 2], place: [f64; 3]) -> Body {
-        let q = self.coordinates(name, ["x", "y", "φ"]);
-        q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
-        self.require_nonnegative(mass, format!("the mass of `{name}`"));
-        self.require_nonnegative(inertia, format!("the moment of inertia of `{name}`"));
-        self.kinetic_energy(name, RigidBody, q, [mass, inertia]);
-        self.potential_energy(
-            &format!("weight of {name}"),
-            Weight,
-            [q[0], q[1]],
-            [mass, Param::gravity(0), Param::gravity(1)],
-        );
-        let body = Body { coordinates: q };
-        if inertia.constant() == Some(0.0) {
-            self.parts.sketch.point_masses.push(self.parts.sketch.bodies.len());
-        }
-        self.draw_body(name, body.into());
-        body
-    }
-
-    fn add_particle(&mut self, name: &str, mass: Param, place: [f64; 2]) -> Particle {
-        self.noted(name, Added::Particle(mass, place), |scene, _| scene.elements_of_particle(name, mass, place))
-    }
-
-    fn elements_of_particle(&mut self, name: &str, mass: Param, place: [f64; 2]) -> Particle {
-        let q = self.coordinates(name, ["x", "y"]);
-        q.into_iter().zip(place).for_each(|(q, value)| self.place(q, value));
-        self.require_nonnegative(mass, format!("the mass of `{name}`"));
-        self.kinetic_energy(name, PointMass, q, [mass]);
-        self.potential_energy(&format!("weight of {name}"), Weight, q, [mass, Param::gravity(0), Param::gravity(1)]);
-        let particle = Particle { coordinates: q };
-        self.draw_body(name, particle.into());
-        particle
+        let (first, numbers) = (self.parts.coordinates.len(), vec![mass.into()]);
+        self.ready(name, Part { numbers, more: vec![Entry::Numbers(place.to_vec())], ..Part::of(&PARTICLE) });
+        Particle { coordinates: self.handles(first) }
     }
 
     /// The point of a body, or of the ground, that is at (x, y) in the inertial frame when the bodies are in their initial positions.

@@ -3,10 +3,18 @@
 use super::Point;
 use crate::Scene;
 use crate::model::Shape;
+use crate::scene::ready::Kind;
+
+pub(super) static DRAWN_SPRING: Kind = Kind::of_points("drawn spring", &[], |scene, name, part| {
+    scene.draw(name, Shape::Spring, part.points[0], part.points[1]);
+});
+
+pub(super) static DRAWN_ROD: Kind = Kind::of_points("drawn rod", &[], |scene, name, part| {
+    scene.draw(name, Shape::Rod, part.points[0], part.points[1]);
+});
 
 impl Scene {
-    /// Draws a spring between two points in pictures and animations, for a user-defined element. It has no effect on the mechanics and is
-    /// not stored in scene files.
+    /// Draws a spring between two points in pictures and animations, for a user-defined element. It has no effect on the mechanics.
     ///
     /// ```
     /// use hamiltonian_adjoint::{PotentialEnergy, Scalar, Scene, planar::Body};
@@ -30,20 +38,19 @@ impl Scene {
     /// # Ok::<(), hamiltonian_adjoint::Error>(())
     /// ```
     pub fn draw_spring(&mut self, name: &str, a: Point, b: Point) {
-        self.draw_own(name, Shape::Spring, a, b);
+        self.draw_own(name, &DRAWN_SPRING, [a, b]);
     }
 
-    /// Draws a rod between two points in pictures and animations, for a user-defined constraint. It has no effect on the mechanics and is
-    /// not stored in scene files.
+    /// Draws a rod between two points in pictures and animations, for a user-defined constraint. It has no effect on the mechanics.
     pub fn draw_rod(&mut self, name: &str, a: Point, b: Point) {
-        self.draw_own(name, Shape::Rod, a, b);
+        self.draw_own(name, &DRAWN_ROD, [a, b]);
     }
 
-    fn draw_own(&mut self, name: &str, shape: Shape, a: Point, b: Point) {
+    fn draw_own(&mut self, name: &str, kind: &'static Kind, [a, b]: [Point; 2]) {
         let coordinates = [a, b].into_iter().flat_map(|point| point.frame.own_coordinates().into_iter().map(|q| q.0));
         let is_known = self.check(name, "coordinate", coordinates) & self.check_params(name, &[a.at, b.at].concat());
         if is_known {
-            self.draw(name, shape, a, b);
+            self.ready_between(name, kind, [a, b], []);
         }
     }
 }

@@ -9,7 +9,7 @@ use super::joints::{axis, padded, points, points_and};
 use super::motion::{Motion, with_motion};
 use crate::model::element::ForcePoint;
 use crate::model::{Frame, Owner, Point, Shape};
-use crate::scene::ready::Kind;
+use crate::scene::ready::{Kind, Part};
 use crate::{Constraint, Control, Error, Force, Multiplier, Param, Scalar, Scene};
 
 /// Largest number of parameters of a prescribed function f(t) in elements that are attached at points.
@@ -134,7 +134,8 @@ impl Scene {
         F: Motion<P>,
     {
         self.multipliers_of(|scene| {
-            scene.driven(name, &DRIVEN_DISTANCE, [a, b], [], motion, parameters, |scene, motion| {
+            let part = Part { points: vec![a, b], ..Part::of(&DRIVEN_DISTANCE) };
+            scene.driven(name, part, motion, parameters, |scene, motion| {
                 scene.draw(name, Shape::Cylinder { control: None }, a, b);
                 scene.joint(
                     name,
@@ -160,7 +161,8 @@ impl Scene {
     {
         let axis = axis.into();
         self.multipliers_of(|scene| {
-            scene.driven(name, &DRIVEN_SLIDER, [a, b], [axis], motion, parameters, |scene, motion| {
+            let part = Part { points: vec![a, b], numbers: vec![axis], ..Part::of(&DRIVEN_SLIDER) };
+            scene.driven(name, part, motion, parameters, |scene, motion| {
                 scene.draw(name, Shape::Slider { axis }, a, b);
                 scene.joint(
                     name,
@@ -193,7 +195,8 @@ impl Scene {
         F: Motion<P>,
     {
         let direction = direction.into();
-        self.driven(name, &APPLIED_FORCE, [at], [direction], motion, parameters, |scene, motion| {
+        let part = Part { points: vec![at], numbers: vec![direction], ..Part::of(&APPLIED_FORCE) };
+        self.driven(name, part, motion, parameters, |scene, motion| {
             let b = padded([at.at[0], at.at[1], direction].into_iter().chain(parameters));
             match at.frame.0 {
                 Owner::Body(q) => scene.force(name, AppliedForce(motion), q, [], b),
@@ -208,8 +211,8 @@ impl Scene {
     where
         F: Motion<P>,
     {
-        let at = Frame::from(body).origin();
-        self.driven(name, &APPLIED_TORQUE, [at], [], motion, parameters, |scene, motion| {
+        let part = Part { points: vec![Frame::from(body).origin()], ..Part::of(&APPLIED_TORQUE) };
+        self.driven(name, part, motion, parameters, |scene, motion| {
             scene.force(name, AppliedTorque(motion), [body.coordinates[2]], [], parameters);
         });
     }

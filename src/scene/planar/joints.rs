@@ -6,7 +6,7 @@ use super::geometry::{Link, rotated, turned};
 use super::ground::Ends;
 use super::motion::{Motion, with_motion};
 use crate::model::{Frame, Point, Shape};
-use crate::scene::ready::Kind;
+use crate::scene::ready::{Kind, Part};
 use crate::system::{Fixed, Holonomic};
 use crate::{Constraint, Multiplier, Param, Scalar, Scene};
 
@@ -144,7 +144,8 @@ impl Scene {
     {
         let points = [a.into(), b.into()].map(Frame::origin);
         self.multipliers_of(|scene| {
-            scene.driven(name, &DRIVEN_ANGLE, points, [], motion, parameters, |scene, motion| {
+            let part = Part { points: points.to_vec(), ..Part::of(&DRIVEN_ANGLE) };
+            scene.driven(name, part, motion, parameters, |scene, motion| {
                 scene.joint(name, DrivenAngle(motion), (points.map(Point::frame).into(), Ends::Bodies), parameters);
             });
         })

@@ -49,6 +49,7 @@ pub use geometry::{Link, rotated, turned};
 pub use joints::{Distance, DrivenAngle, Prismatic, Revolute, Weld};
 #[cfg(feature = "files")]
 pub(crate) use motion::MOTIONS;
+pub(super) use motion::with_motion;
 pub use motion::{Constant, ConstantSpeed, Harmonic, Motion};
 pub use rigid::{PointOnLine, RigidContact};
 pub use stops::{EndStop, SlidingEndStop};
@@ -56,7 +57,9 @@ pub(super) use stops::{stop_force, within};
 
 /// All kinds of ready-made parts.
 #[cfg(feature = "files")]
-pub(crate) static KINDS: [&crate::scene::ready::Kind; 27] = [
+pub(crate) static KINDS: [&crate::scene::ready::Kind; 31] = [
+    &body::BODY,
+    &body::PARTICLE,
     &joints::REVOLUTE,
     &joints::PRISMATIC,
     &joints::WELD,
@@ -84,4 +87,6 @@ pub(crate) static KINDS: [&crate::scene::ready::Kind; 27] = [
     &stops::SLIDING_END_STOP,
     &gears::GEAR,
     &gears::RACK,
+    &drawing::DRAWN_SPRING,
+    &drawing::DRAWN_ROD,
 ];

@@ -4,8 +4,8 @@ use std::any::Any;
 
 use nalgebra::SVector;
 
-use crate::model::{Param, Point};
-use crate::scene::ready::{Added, Kind, Part};
+use crate::model::Param;
+use crate::scene::ready::Part;
 use crate::{Scalar, Scene};
 
 /// A prescribed function of time, in rad, m, N or N m.
@@ -60,7 +60,7 @@ fn name_of<F: Any>(motion: &F) -> Option<&'static str> {
 /// Evaluates `$add` with the function of time of a part that was read from a file, and with its parameters.
 macro_rules! with_motion {
     ($part:expr, $motion:ident, $parameters:ident, $add:expr) => {{
-        use super::motion::{Constant, ConstantSpeed, Harmonic};
+        use $crate::planar::{Constant, ConstantSpeed, Harmonic};
         match &$part.motion {
             Some(("constant", b)) => {
                 let ($motion, $parameters) = (Constant, [b[0]]);
@@ -79,26 +79,22 @@ macro_rules! with_motion {
     }};
 }
 
-pub(super) use with_motion;
+pub(in crate::scene) use with_motion;
 
 impl Scene {
     /// Adds an element that depends on a function of time, recorded as a ready-made part if the function is ready-made.
-    #[expect(clippy::too_many_arguments, reason = "the places, the numbers and the motion of a part")]
-    pub(super) fn driven<F: Motion<P>, const P: usize>(
+    pub(in crate::scene) fn driven<F: Motion<P>, const P: usize>(
         &mut self,
         name: &str,
-        kind: &'static Kind,
-        points: impl Into<Vec<Point>>,
-        numbers: impl Into<Vec<Param>>,
+        part: Part,
         motion: F,
         parameters: [Param; P],
         add: impl FnOnce(&mut Self, F),
     ) {
         match name_of(&motion) {
             Some(of) => {
-                let motion_of = Some((of, parameters.to_vec()));
-                let part = Part { kind, points: points.into(), numbers: numbers.into(), control: None, motion: motion_of };
-                self.noted(name, Added::Part(part), |scene, _| add(scene, motion));
+                let part = Part { motion: Some((of, parameters.to_vec())), ..part };
+                self.noted(name, part, |scene, _| add(scene, motion));
             }
             None => add(self, motion),
         }

@@ -9,6 +9,7 @@ use super::quaternion::{Orientation, seen_from};
 use super::{Body, Spatial};
 use crate::model::space::{Bodies, Carried, Cut, Moments, Motion};
 use crate::scene::Scene;
+use crate::scene::ready::{Kind, Part, Place};
 use crate::{Error, ListConstraint, Scalar};
 
 /// The weld of both halves of a cut body: the pose of the second half relative to the last frame `base` that can turn freely must be that of the first.
@@ -30,6 +31,11 @@ impl ListConstraint for Weld {
     }
 }
 
+pub(super) static CUT: Kind = Kind {
+    at: Place::Body,
+    ..Kind::of_markers("cut", &[], |scene, name, part| scene.spatial().cut_at(name, part.markers[0].body)).at(&["body"])
+};
+
 impl Spatial<'_> {
     /// Cuts a chain of joints at a body, so that the time of a step grows with the number of pieces and not with the square of the number of joints.
     ///
@@ -41,15 +47,19 @@ impl Spatial<'_> {
     /// [`System::initial_coordinates`](crate::System::initial_coordinates) contains coordinates of the second half that fit those of the joints. For
     /// another start give a guess, and [hold](crate::Start::hold) the coordinates of the joints in [`Start::assembled`](crate::Start::assembled).
     pub fn cut(&mut self, name: &str, body: Body) {
+        self.scene.ready(name, Part::at_markers(&CUT, &[body.origin()], &[]));
+    }
+
+    fn cut_at(&mut self, name: &str, body: Body) {
         let Some(at) = self.fixed_at(name, body.origin()) else { return };
         let (Body(Some(whole)), Some(frame)) = (body, at.frame) else {
             return self.scene.report(Error::NothingToCut { cut: name.into() });
         };
         let half = self.scene.parts.sketch.space.all[whole.index].inertia.halved();
-        let Body(Some(first)) = self.body(name, half) else { return };
+        let first = self.scene.add_body_in_space(name, half);
         let (free, motions) = self.free_motions(name);
         let space = &mut self.scene.parts.sketch.space;
-        space.all[first.index].carried = Some(at);
+        space.all[first].carried = Some(at);
         space.all[whole.index].inertia = half;
         space.frames[frame].moments.subtract(&Moments::of(&half, at.turn, at.origin));
         let second = space.add_frames(Carried::at_origin(None), motions);

@@ -7,6 +7,7 @@ use super::path::Load;
 use super::{Components, Marker, Spatial};
 use crate::model::space::ConnectionKind;
 use crate::model::{Control, Drives, Param, Unit};
+use crate::scene::ready::{Kind, Part};
 use crate::{ListForce, ListForcePoint, ListPotentialEnergy, Scalar};
 
 /// Forces and torques on markers, as functions of their positions and velocities. Their accelerations are zero in the arguments.
@@ -140,6 +141,57 @@ impl ListPotentialEnergy for Spring {
     }
 }
 
+pub(super) static THRUST: Kind = Kind::of_markers("thrust", &[], |scene, name, part| {
+    let (by, mut space) = (part.by(), scene.spatial());
+    space.drives(by, Unit::Length);
+    space.force(name, Thrust, &part.markers, &by, &[]);
+})
+.at(&["marker"])
+.driven_by("force");
+
+pub(super) static TORQUE: Kind = Kind::of_markers("torque in space", &[], |scene, name, part| {
+    let (by, [a, b], mut space) = (part.by(), part.pair(), scene.spatial());
+    space.drives(by, Unit::Angle);
+    space.opposite(name, Twist, [b, a], &by, &[]);
+})
+.driven_by("torque");
+
+const OF_LOAD: &[&str] = &["force", "force", "force", "torque", "torque", "torque"];
+
+pub(super) static APPLIED_IN_SPACE: Kind = Kind::of_markers("applied in space", OF_LOAD, |scene, name, part| {
+    scene.spatial().force(name, Applied { is_in_space: true }, &part.markers, &[], &part.numbers);
+})
+.at(&["marker"]);
+
+pub(super) static APPLIED_ON_BODY: Kind = Kind::of_markers("applied on body", OF_LOAD, |scene, name, part| {
+    scene.spatial().force(name, Applied { is_in_space: false }, &part.markers, &[], &part.numbers);
+})
+.at(&["marker"]);
+
+pub(super) static TWO_POINT_ACTUATOR: Kind = Kind::of_markers("two-point actuator in space", &[], |scene, name, part| {
+    let (by, mut space) = (part.by(), scene.spatial());
+    space.drives(by, Unit::Length);
+    space.connect(name, part.pair(), ConnectionKind::Line(1.5));
+    space.opposite(name, Push, part.pair(), &by, &[]);
+})
+.driven_by("force");
+
+const OF_SPRING: &[&str] = &["stiffness", "free_length", "damping"];
+
+pub(super) static SPRING_DAMPER: Kind = Kind::of_markers("spring and damper in space", OF_SPRING, |scene, name, part| {
+    let (both, [stiffness, free_length, damping]) = (part.pair(), part.numbers_from(0));
+    let mut space = scene.spatial();
+    space.connect(name, both, ConnectionKind::Line(0.6));
+    if stiffness.constant() != Some(0.0) {
+        let Some((markers, Arguments { q, b })) = space.pair(name, both, &[stiffness, free_length]) else { return };
+        let spring = Spring { markers, is_slack: free_length.constant() == Some(0.0) };
+        space.scene.list_potential_energy(&format!("{name} (spring)"), spring, &q, &b.0);
+    }
+    if damping.constant() != Some(0.0) {
+        space.opposite(&format!("{name} (damper)"), Damper, both, &[], &[damping]);
+    }
+});
+
 impl Spatial<'_> {
     /// Adds forces and torques on markers, which depend on their positions and velocities, controls, constants b and the time.
     pub fn force(&mut self, name: &str, force: impl MarkerForce, markers: &[Marker], u: &[Control], b: &[Param]) {
@@ -149,17 +201,15 @@ impl Spatial<'_> {
 
     /// Adds the force u (N) on a marker along its z axis, which turns with its body.
     pub fn thrust(&mut self, name: &str, marker: Marker, u: Control) {
-        self.drives(u, Unit::Length);
-        self.force(name, Thrust, &[marker], &[u], &[]);
+        self.scene.ready(name, Part { control: Some(u), ..Part::at_markers(&THRUST, &[marker], &[]) });
     }
 
     /// Adds the torque u (N m) on the body of marker b about the z axis of b, and the opposite one on the body of a.
     pub fn torque(&mut self, name: &str, a: Marker, b: Marker, u: Control) {
-        self.drives(u, Unit::Angle);
-        self.opposite(name, Twist, [b, a], &[u], &[]);
+        self.scene.ready(name, Part { control: Some(u), ..Part::at_markers(&TORQUE, &[a, b], &[]) });
     }
 
-    fn drives(&mut self, control: Control, along: Unit) {
+    fn drives(&mut self, [control]: [Control; 1], along: Unit) {
         self.scene.parts.sketch.driven.push((control, Drives::Displacement(along)));
     }
 
@@ -171,37 +221,24 @@ impl Spatial<'_> {
 
     /// Adds a force (N) at a marker and a torque (N m) on its body, with constant components in the inertial frame.
     pub fn applied_in_space(&mut self, name: &str, marker: Marker, force: impl Components<3>, torque: impl Components<3>) {
-        self.applied(name, true, marker, (force.params(), torque.params()));
+        let numbers = [force.params(), torque.params()].concat();
+        self.scene.ready(name, Part::at_markers(&APPLIED_IN_SPACE, &[marker], &numbers));
     }
 
     /// Adds a force (N) at a marker and a torque (N m) on its body, with constant components along the axes of the marker.
     pub fn applied_on_body(&mut self, name: &str, marker: Marker, force: impl Components<3>, torque: impl Components<3>) {
-        self.applied(name, false, marker, (force.params(), torque.params()));
-    }
-
-    fn applied(&mut self, name: &str, is_in_space: bool, marker: Marker, (force, torque): ([Param; 3], [Param; 3])) {
-        self.force(name, Applied { is_in_space }, &[marker], &[], &[force, torque].concat());
+        let numbers = [force.params(), torque.params()].concat();
+        self.scene.ready(name, Part::at_markers(&APPLIED_ON_BODY, &[marker], &numbers));
     }
 
     /// Adds a force u (N) between two markers that drives them apart.
     pub fn two_point_actuator(&mut self, name: &str, a: Marker, b: Marker, u: Control) {
-        self.drives(u, Unit::Length);
-        self.connect(name, [a, b], ConnectionKind::Line(1.5));
-        self.opposite(name, Push, [a, b], &[u], &[]);
+        self.scene.ready(name, Part { control: Some(u), ..Part::at_markers(&TWO_POINT_ACTUATOR, &[a, b], &[]) });
     }
 
     /// Adds a spring and a damper between two markers; `numbers` are stiffness (N/m), free length (m) and damping (N s/m). The markers may coincide only if the free length
     /// and the damping are the constant 0.
     pub fn spring_damper(&mut self, name: &str, a: Marker, b: Marker, numbers: impl Components<3>) {
-        let [stiffness, free_length, damping] = numbers.params();
-        self.connect(name, [a, b], ConnectionKind::Line(0.6));
-        if stiffness.constant() != Some(0.0) {
-            let Some((markers, Arguments { q, b })) = self.pair(name, [a, b], &[stiffness, free_length]) else { return };
-            let spring = Spring { markers, is_slack: free_length.constant() == Some(0.0) };
-            self.scene.list_potential_energy(&format!("{name} (spring)"), spring, &q, &b.0);
-        }
-        if damping.constant() != Some(0.0) {
-            self.opposite(&format!("{name} (damper)"), Damper, [a, b], &[], &[damping]);
-        }
+        self.scene.ready(name, Part::at_markers(&SPRING_DAMPER, &[a, b], &numbers.params()));
     }
 }

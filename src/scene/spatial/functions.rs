@@ -3,8 +3,9 @@
 use super::elements::Arguments;
 use super::formula::{cross, plus, scaled};
 use super::path::{MarkerState, Path};
-use super::{Marker, Spatial};
+use super::{Marker, Quantity, Spatial};
 use crate::model::{Control, Event, Output, Param};
+use crate::scene::ready::{Entry, Kind, Part, Sort};
 use crate::{Error, ListCost, ListPoint, Scalar, Sum};
 
 /// A function of the positions and motions of markers, for costs, outputs and events.
@@ -45,27 +46,6 @@ pub struct MarkerPoint<'a, S> {
     pub t: S,
     /// Constants.
     pub b: &'a [S],
-}
-
-/// A quantity of a marker with components along the axes of the inertial frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
-    /// The position, m.
-    Position,
-    /// The velocity, m/s.
-    Velocity,
-    /// The acceleration, m/s².
-    Acceleration,
-    /// The direction of the x axis.
-    XAxis,
-    /// The direction of the y axis.
-    YAxis,
-    /// The direction of the z axis.
-    ZAxis,
-    /// The angular velocity, rad/s.
-    AngularVelocity,
-    /// The angular acceleration, rad/s².
-    AngularAcceleration,
 }
 
 /// Paths to markers, and the number of the user's constants, which follow those of the paths.
@@ -120,6 +100,18 @@ impl MarkerFunction for RotationError {
     }
 }
 
+pub(super) static OUTPUTS: Kind = Kind::of_markers("outputs of a marker", &[], |scene, name, part| {
+    let quantity = part.quantity();
+    scene.spatial().three(name, part, |axis| Component(quantity, axis));
+})
+.at(&["marker"])
+.with(&[("quantity", Sort::Quantity), ("sum", Sort::Sum)]);
+
+pub(super) static ROTATION_ERROR: Kind = Kind::of_markers("rotation error", &[], |scene, name, part| {
+    scene.spatial().three(name, part, RotationError);
+})
+.with(&[("sum", Sort::Sum)]);
+
 impl Spatial<'_> {
     /// Adds a cost that depends on markers and controls; `sum` is the rule by which its values at the nodes are summed.
     pub fn cost(
@@ -166,28 +158,24 @@ impl Spatial<'_> {
 
     /// Adds the three components of a quantity of a marker as outputs, summed over the nodes by the rule `sum`.
     pub fn outputs(&mut self, name: &str, quantity: Quantity, marker: Marker, sum: Sum) -> [Output; 3] {
-        self.three(name, &[marker], sum, |axis| Component(quantity, axis))
+        let more = vec![Entry::Quantity(quantity), Entry::Sum(sum)];
+        self.scene.ready_outputs(name, Part { more, ..Part::at_markers(&OUTPUTS, &[marker], &[]) })
     }
 
     /// Adds the rotation from marker a to marker b as three outputs with components in the inertial frame: ½ Σ a_i × b_i over the axes a_i and b_i, which
     /// is sin θ times the axis of a rotation by the angle θ.
     pub fn rotation_error(&mut self, name: &str, a: Marker, b: Marker, sum: Sum) -> [Output; 3] {
-        self.three(name, &[a, b], sum, RotationError)
+        let more = vec![Entry::Sum(sum)];
+        self.scene.ready_outputs(name, Part { more, ..Part::at_markers(&ROTATION_ERROR, &[a, b], &[]) })
     }
 
-    fn three<F: MarkerFunction>(
-        &mut self,
-        name: &str,
-        markers: &[Marker],
-        sum: Sum,
-        component: impl Fn(usize) -> F,
-    ) -> [Output; 3] {
-        [(0, "x"), (1, "y"), (2, "z")].map(|(axis, of)| {
+    /// Adds an output for each component of a vector.
+    fn three<F: MarkerFunction>(&mut self, name: &str, part: &Part, component: impl Fn(usize) -> F) {
+        for (axis, of) in [(0, "x"), (1, "y"), (2, "z")] {
             let name = format!("{name} {of}");
             let output = self.scene.output(&name);
-            self.term(output, &name, component(axis), sum, markers, &[], &[]);
-            output
-        })
+            self.term(output, &name, component(axis), part.sum(), &part.markers, &[], &[]);
+        }
     }
 
     /// The paths to markers, with the coordinates and parameters; `None` after an error was reported.

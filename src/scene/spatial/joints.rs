@@ -3,10 +3,10 @@
 use nalgebra::SVector;
 
 use super::Spatial;
-use crate::model::space::{self, Body, BodyPart, Carried, Components, Following, Joint, Marker, Motion};
-use crate::model::{Coordinate, Multiplier, Param};
-use crate::scene::Scene;
-use crate::{Constraint, Error, Scalar};
+use crate::model::space::{Components, Following, Marker, Motion};
+use crate::model::{Coordinate, Multiplier};
+use crate::scene::ready::{Entry, Kind, Part, Sort};
+use crate::{Constraint, Scalar};
 
 /// A joint with one angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,7 @@ pub struct PlanarJoint {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ball {
     /// The Euler parameters e = (cos θ/2, n sin θ/2) of the rotation of b relative to a by the angle θ about the unit vector n; e and −e are the same
-    /// rotation. Set them by [`Scene::place_rotation`], and their rates by [`Start::set_angular_velocity`](crate::Start::set_angular_velocity).
+    /// rotation. Set them by [`Scene::place_rotation`](crate::Scene::place_rotation), and their rates by [`Start::set_angular_velocity`](crate::Start::set_angular_velocity).
     pub orientation: [Coordinate; 4],
 }
 
@@ -61,7 +61,7 @@ pub struct Free {
     /// The displacement of b relative to a along the axes of a, m.
     pub position: [Coordinate; 3],
     /// The Euler parameters e = (cos θ/2, n sin θ/2) of the rotation of b relative to a by the angle θ about the unit vector n; e and −e are the same
-    /// rotation. Set them by [`Scene::place_rotation`], and their rates by [`Start::set_angular_velocity`](crate::Start::set_angular_velocity).
+    /// rotation. Set them by [`Scene::place_rotation`](crate::Scene::place_rotation), and their rates by [`Start::set_angular_velocity`](crate::Start::set_angular_velocity).
     pub orientation: [Coordinate; 4],
 }
 
@@ -97,59 +97,125 @@ const X: usize = 0;
 const Y: usize = 1;
 const Z: usize = 2;
 
+/// A turn about, or a slide along, axis `axis`.
+fn turn(axis: usize, angle: Coordinate) -> Motion<Following> {
+    Motion::Turn(axis, Following::of(angle))
+}
+
+fn slide(axis: usize, offset: Coordinate) -> Motion<Following> {
+    Motion::Slide(axis, Following::of(offset))
+}
+
+pub(super) static REVOLUTE: Kind = Kind::of_markers("revolute in space", &[], |scene, name, part| {
+    let [angle] = scene.coordinates(name, ["angle"]);
+    scene.spatial().join(name, part, vec![turn(Z, angle)]);
+});
+
+pub(super) static PRISMATIC: Kind = Kind::of_markers("prismatic in space", &[], |scene, name, part| {
+    let [offset] = scene.coordinates(name, ["offset"]);
+    scene.spatial().join(name, part, vec![slide(Z, offset)]);
+});
+
+const FOLLOWING: &[(&str, Sort)] = &[("of", Sort::Coordinate)];
+
+pub(super) static DEPENDENT_REVOLUTE: Kind =
+    Kind::of_markers("dependent revolute", &["factor", "offset"], |scene, name, part| {
+        let motion = Motion::Turn(Z, scene.following(name, part));
+        scene.spatial().join(name, part, vec![motion]);
+    })
+    .with(FOLLOWING);
+
+pub(super) static DEPENDENT_PRISMATIC: Kind =
+    Kind::of_markers("dependent prismatic", &["factor", "offset"], |scene, name, part| {
+        let motion = Motion::Slide(Z, scene.following(name, part));
+        scene.spatial().join(name, part, vec![motion]);
+    })
+    .with(FOLLOWING);
+
+pub(super) static UNIVERSAL: Kind = Kind::of_markers("universal", &[], |scene, name, part| {
+    let [first, second] = scene.coordinates(name, ["first angle", "second angle"]);
+    scene.spatial().join(name, part, vec![turn(X, first), turn(Y, second)]);
+});
+
+pub(super) static CYLINDRICAL: Kind = Kind::of_markers("cylindrical", &[], |scene, name, part| {
+    let [offset, angle] = scene.coordinates(name, ["offset", "angle"]);
+    scene.spatial().join(name, part, vec![slide(Z, offset), turn(Z, angle)]);
+});
+
+pub(super) static PLANAR: Kind = Kind::of_markers("planar joint", &[], |scene, name, part| {
+    let [x, y, angle] = scene.coordinates(name, ["x", "y", "angle"]);
+    scene.spatial().join(name, part, vec![slide(X, x), slide(Y, y), turn(Z, angle)]);
+});
+
+pub(super) static FIXED: Kind = Kind::of_markers("fixed", &[], |scene, name, part| {
+    scene.spatial().join(name, part, Vec::new());
+});
+
+pub(super) static LOAD_CELL: Kind = Kind::of_markers("load cell", &[], |scene, name, part| {
+    let q = scene.coordinates(name, ["x", "y", "z", "turn about x", "turn about y", "turn about z"]);
+    let slides = (X..=Z).map(|axis| slide(axis, q[axis]));
+    let turns = (X..=Z).map(|axis| turn(axis, q[3 + axis]));
+    scene.spatial().join(name, part, slides.chain(turns).collect());
+    scene.constraint(name, Locked, q, []);
+});
+
+pub(super) static BALL: Kind = Kind::of_markers("ball", &[], |scene, name, part| {
+    let orientation = scene.coordinates(name, ["e0", "e1", "e2", "e3"]);
+    let mut space = scene.spatial();
+    space.turn_freely(name, orientation);
+    space.join(name, part, vec![Motion::Ball(orientation.map(Following::of))]);
+});
+
+pub(super) static FREE: Kind = Kind::of_markers("free", &[], |scene, name, part| {
+    let (_, motions) = scene.spatial().free_motions(name);
+    scene.spatial().join(name, part, motions);
+});
+
 impl Spatial<'_> {
     /// Adds a hinge: b turns relative to a about their common z axis.
     pub fn revolute(&mut self, name: &str, a: Marker, b: Marker) -> Revolute {
-        let [angle] = self.scene.coordinates(name, ["angle"]);
-        self.join(name, a, b, vec![Motion::Turn(Z, Following::of(angle))]);
+        let [angle] = self.joint(name, Part::at_markers(&REVOLUTE, &[a, b], &[]));
         Revolute { angle }
     }
 
     /// Adds a slider: b moves relative to a along their common z axis.
     pub fn prismatic(&mut self, name: &str, a: Marker, b: Marker) -> Prismatic {
-        let [offset] = self.scene.coordinates(name, ["offset"]);
-        self.join(name, a, b, vec![Motion::Slide(Z, Following::of(offset))]);
+        let [offset] = self.joint(name, Part::at_markers(&PRISMATIC, &[a, b], &[]));
         Prismatic { offset }
     }
 
     /// Adds a hinge whose angle is a factor times another coordinate plus an offset, rad, for example of a gear; `numbers` are factor and offset.
     pub fn dependent_revolute(&mut self, name: &str, a: Marker, b: Marker, of: Coordinate, numbers: impl Components<2>) {
-        let motion = Motion::Turn(Z, self.following(name, of, numbers.params()));
-        self.join(name, a, b, vec![motion]);
+        let part = Part::at_markers(&DEPENDENT_REVOLUTE, &[a, b], &numbers.params());
+        self.scene.ready(name, Part { more: vec![Entry::Coordinate(of)], ..part });
     }
 
     /// Adds a slider whose displacement is a factor times another coordinate plus an offset, m, for example of a rack; `numbers` are factor and offset.
     pub fn dependent_prismatic(&mut self, name: &str, a: Marker, b: Marker, of: Coordinate, numbers: impl Components<2>) {
-        let motion = Motion::Slide(Z, self.following(name, of, numbers.params()));
-        self.join(name, a, b, vec![motion]);
+        let part = Part::at_markers(&DEPENDENT_PRISMATIC, &[a, b], &numbers.params());
+        self.scene.ready(name, Part { more: vec![Entry::Coordinate(of)], ..part });
     }
 
     /// Adds a universal joint: b turns relative to a about the x axis of a, then about its own y axis.
     pub fn universal(&mut self, name: &str, a: Marker, b: Marker) -> Universal {
-        let angles = self.scene.coordinates(name, ["first angle", "second angle"]);
-        let [first, second] = angles.map(Following::of);
-        self.join(name, a, b, vec![Motion::Turn(X, first), Motion::Turn(Y, second)]);
-        Universal { angles }
+        Universal { angles: self.joint(name, Part::at_markers(&UNIVERSAL, &[a, b], &[])) }
     }
 
     /// Adds a cylindrical joint: b moves along and turns about the common z axis.
     pub fn cylindrical(&mut self, name: &str, a: Marker, b: Marker) -> Cylindrical {
-        let [offset, angle] = self.scene.coordinates(name, ["offset", "angle"]);
-        self.join(name, a, b, vec![Motion::Slide(Z, Following::of(offset)), Motion::Turn(Z, Following::of(angle))]);
+        let [offset, angle] = self.joint(name, Part::at_markers(&CYLINDRICAL, &[a, b], &[]));
         Cylindrical { offset, angle }
     }
 
     /// Adds a planar joint: b moves in the x–y plane of a and turns about its z axis.
     pub fn planar(&mut self, name: &str, a: Marker, b: Marker) -> PlanarJoint {
-        let [x, y, angle] = self.scene.coordinates(name, ["x", "y", "angle"]);
-        let slides = [(X, x), (Y, y)].map(|(axis, offset)| Motion::Slide(axis, Following::of(offset)));
-        self.join(name, a, b, [&slides[..], &[Motion::Turn(Z, Following::of(angle))]].concat());
+        let [x, y, angle] = self.joint(name, Part::at_markers(&PLANAR, &[a, b], &[]));
         PlanarJoint { offsets: [x, y], angle }
     }
 
     /// Fixes b to a.
     pub fn fixed(&mut self, name: &str, a: Marker, b: Marker) {
-        self.join(name, a, b, Vec::new());
+        self.scene.ready(name, Part::at_markers(&FIXED, &[a, b], &[]));
     }
 
     /// Fixes b to a by a load cell, whose multipliers are the impulses of the force and torque that the connection transmits: read their reactions λ in
@@ -157,28 +223,21 @@ impl Spatial<'_> {
     ///
     /// The cell has six coordinates, which six constraints keep at zero.
     pub fn load_cell(&mut self, name: &str, a: Marker, b: Marker) -> LoadCell {
-        let q = self.scene.coordinates(name, ["x", "y", "z", "turn about x", "turn about y", "turn about z"]);
-        let of = q.map(Following::of);
-        let slides = (X..=Z).map(|axis| Motion::Slide(axis, of[axis]));
-        let turns = (X..=Z).map(|axis| Motion::Turn(axis, of[3 + axis]));
-        self.join(name, a, b, slides.chain(turns).collect());
-        let [x, y, z, torque @ ..] = self.scene.constraint(name, Locked, q, []);
+        let part = Part::at_markers(&LOAD_CELL, &[a, b], &[]);
+        let [x, y, z, torque @ ..]: [Multiplier; 6] = self.scene.multipliers_of(|scene| scene.ready(name, part));
         LoadCell { force: [x, y, z], torque }
     }
 
     /// Adds a ball joint. Its orientation has four coordinates, the Euler parameters e, and one constraint, (|e|² − 1)/2 = 0, with the
     /// name of the joint and `(|e| = 1)`.
     pub fn ball(&mut self, name: &str, a: Marker, b: Marker) -> Ball {
-        let orientation = self.scene.coordinates(name, ["e0", "e1", "e2", "e3"]);
-        self.turn_freely(name, orientation);
-        self.join(name, a, b, vec![Motion::Ball(orientation.map(Following::of))]);
-        Ball { orientation }
+        Ball { orientation: self.joint(name, Part::at_markers(&BALL, &[a, b], &[])) }
     }
 
     /// Lets b move freely relative to a.
     pub fn free(&mut self, name: &str, a: Marker, b: Marker) -> Free {
-        let ([x, y, z, orientation @ ..], motions) = self.free_motions(name);
-        self.join(name, a, b, motions);
+        let part = Part::at_markers(&FREE, &[a, b], &[]);
+        let [x, y, z, orientation @ ..]: [Coordinate; 7] = self.joint(name, part);
         Free { position: [x, y, z], orientation }
     }
 
@@ -187,78 +246,11 @@ impl Spatial<'_> {
         let all = self.scene.coordinates(name, ["x", "y", "z", "e0", "e1", "e2", "e3"]);
         let [x, y, z, e @ ..] = all;
         self.turn_freely(name, e);
-        let slides = [(X, x), (Y, y), (Z, z)].map(|(axis, offset)| Motion::Slide(axis, Following::of(offset)));
-        (all, [&slides[..], &[Motion::Ball(e.map(Following::of))]].concat())
+        (all, vec![slide(X, x), slide(Y, y), slide(Z, z), Motion::Ball(e.map(Following::of))])
     }
 
     fn turn_freely(&mut self, name: &str, e: [Coordinate; 4]) {
         self.scene.place(e[0], 1.0);
         self.scene.constraint(&format!("{name} (|e| = 1)"), Unit, e, []);
-    }
-
-    fn following(&mut self, name: &str, coordinate: Coordinate, [factor, offset]: [Param; 2]) -> Following {
-        self.scene.check(name, "coordinate", [coordinate.0]);
-        self.scene.check_params(name, &[factor, offset]);
-        Following { coordinate, factor, offset }
-    }
-
-    /// Lets a joint carry the body of b.
-    fn join(&mut self, name: &str, a: Marker, b: Marker, motions: Vec<Motion<Following>>) {
-        self.scene.recipe.note_own(name);
-        if !self.scene.check_marker(name, b) {
-            return;
-        }
-        let Body(Some(body)) = b.body() else { return self.scene.report(Error::CarriesGround { joint: name.into() }) };
-        if a.body() == b.body() {
-            return self.scene.report(Error::NoBody { element: name.into() });
-        }
-        let Some(outer) = self.fixed_at(name, a) else { return };
-        let scene = &mut *self.scene;
-        let inner = match b.axes.checked_rotation(name, &|param| scene.present_value(param)) {
-            Ok(inner) => inner,
-            Err(error) => return scene.report(error),
-        };
-        let space = &mut scene.parts.sketch.space;
-        let BodyPart { name: own, carried, .. } = &space.all[body.index];
-        if carried.is_some() {
-            let first = space.joints.iter().find(|joint| joint.body == body.index).map_or(own, |joint| &joint.name);
-            let (joint, first, body) = (name.into(), first.clone(), own.clone());
-            return scene.report(Error::SecondJoint { joint, first, body });
-        }
-        // The frame of the body from the marker.
-        let back = space::transposed(inner);
-        let origin = space::negated(space::apply(back, b.at));
-        let first = space.frames.len();
-        let carried = space.add_frames(outer, motions).inner(back, origin);
-        space.carry(body.index, carried);
-        space.joints.push(Joint { name: name.into(), body: body.index, frames: first..space.frames.len() });
-    }
-
-    /// Where a marker is fixed; `None` after an error was reported.
-    pub(super) fn fixed_at(&mut self, part: &str, marker: Marker) -> Option<Carried> {
-        let scene = &mut *self.scene;
-        if !scene.check_marker(part, marker) {
-            return None;
-        }
-        let at = scene.parts.sketch.space.fixed_at(part, marker, &|param| scene.present_value(param));
-        at.map_err(|error| scene.report(error)).ok()
-    }
-}
-
-impl Scene {
-    fn check_marker(&mut self, part: &str, marker: Marker) -> bool {
-        self.check(part, "body", marker.body().0) && self.check_params(part, &marker.params())
-    }
-
-    /// The value of a parameter for the design variables of the scene.
-    fn present_value(&self, param: Param) -> f64 {
-        param.constant().unwrap_or_else(|| self.present_values()(param))
-    }
-
-    /// The values of all parameters for the design variables of the scene.
-    pub(super) fn present_values(&self) -> impl Fn(Param) -> f64 + use<> {
-        let designs: Vec<f64> = self.parts.designs.iter().map(|(_, value)| *value).collect();
-        let expressions = self.parts.scene.expressions().evaluate(&[], &designs);
-        move |param| param.present_value(&designs, &expressions)
     }
 }

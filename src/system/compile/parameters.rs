@@ -18,8 +18,11 @@ pub(crate) struct Parameters {
     nodes: Vec<Node>,
     places: HashMap<Node, usize>,
     graph: Graph,
-    /// The graph of Σ wⱼ ∂zⱼ/∂b over the expressions z, with w as further inputs.
+    /// The graph of Σ wⱼ ∂zⱼ/∂b over the expressions z, with w as further inputs. The order of its sums does not depend on that in which the expressions
+    /// were recorded.
     pulled_back: (Graph, Vec<Node>),
+    /// The expressions in use as nodes of this graph.
+    canonical: Vec<Node>,
     /// The derivatives of z along a direction of b, then those of Σ wⱼ ∂zⱼ/∂b along a direction of b and w, with the directions as further inputs;
     /// created when first needed.
     along: OnceLock<(Graph, Vec<Node>)>,
@@ -28,8 +31,8 @@ pub(crate) struct Parameters {
 impl Parameters {
     /// Parameters of a scene with this number of design variables and this graph of expressions; no expression is in use yet.
     pub(in crate::system) fn new(designs: usize, graph: Graph) -> Self {
-        let (nodes, places) = (Vec::new(), HashMap::new());
-        Parameters { designs, nodes, places, graph, pulled_back: Default::default(), along: OnceLock::new() }
+        let (nodes, places, canonical) = (Vec::new(), HashMap::new(), Vec::new());
+        Parameters { designs, nodes, places, graph, pulled_back: Default::default(), canonical, along: OnceLock::new() }
     }
 
     /// The same parameter, referring to its index among the values.
@@ -46,18 +49,19 @@ impl Parameters {
 
     /// Differentiates the expressions in use.
     pub(in crate::system) fn differentiate(&mut self) {
-        let mut graph = self.graph.clone().loose();
-        let weighted: Vec<_> = self.nodes.iter().enumerate().map(|(j, y)| (*y, graph.input(self.designs + j))).collect();
+        let (graph, canonical) = self.graph.canonical(&self.nodes);
+        let mut graph = graph.loose();
+        let weighted: Vec<_> = canonical.iter().enumerate().map(|(j, y)| (*y, graph.input(self.designs + j))).collect();
         let inputs: Vec<Node> = (0..self.designs).map(|p| graph.input(p)).collect();
         let nodes = if self.nodes.is_empty() { Vec::new() } else { graph.reverse(&weighted, &inputs) };
-        self.pulled_back = (graph, nodes);
+        (self.pulled_back, self.canonical) = ((graph, nodes), canonical);
     }
 
     fn tangent(&self) -> &(Graph, Vec<Node>) {
         self.along.get_or_init(|| {
             let ((mut graph, nodes), len) = (self.pulled_back.clone(), self.len());
             let directions: Vec<_> = (0..len).map(|i| (graph.input(i), graph.input(len + i))).collect();
-            let changes = graph.forward(&[&self.nodes[..], &nodes].concat(), &directions);
+            let changes = graph.forward(&[&self.canonical[..], &nodes].concat(), &directions);
             (graph, changes)
         })
     }

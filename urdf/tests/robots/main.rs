@@ -2,6 +2,7 @@
 
 mod accelerations;
 mod errors;
+mod files;
 mod options;
 mod random;
 #[path = "../../reference/state.rs"]
