@@ -26,7 +26,8 @@ pub(super) const COST: &str = "cost";
 pub(super) const OUTPUT: &str = "output";
 pub(super) const TERM: &str = "term";
 pub(super) const EVENT: &str = "event";
-const OF_FUNCTIONS: &[&str] = &["q", "v", "p_star", "p_star_dot", "v_dot", "sigma", "lambda", "u", "u_dot", "b", "t"];
+pub(super) const OF_FUNCTIONS: &[&str] =
+    &["q", "v", "p_star", "p_star_dot", "v_dot", "sigma", "lambda", "u", "u_dot", "b", "t"];
 
 /// A formula as text: parts that precede it, its results, and the order of its arguments unless it is that of [`Shape::slots`].
 struct Formula<'a> {
@@ -195,7 +196,7 @@ pub(super) fn write_sum(sum: Sum) -> Value {
     }
 }
 
-const SUMS: [(&str, Sum); 6] = [
+pub(super) const SUMS: [(&str, Sum); 6] = [
     ("plain", Sum::Plain),
     ("all nodes", Sum::AllNodes),
     ("rectangle", Sum::Rectangle),

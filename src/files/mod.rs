@@ -12,6 +12,7 @@ mod names;
 mod parts;
 mod report;
 mod scene;
+mod schema;
 mod study;
 mod table;
 mod trajectory;

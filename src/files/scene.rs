@@ -10,10 +10,10 @@ use crate::scene::kinds::kinds;
 use crate::scene::ready::Added;
 use crate::{Error, Scene};
 
-const FORMAT: &str = "hamiltonian-adjoint scene";
-const VERSION: u32 = 2;
+pub(super) const FORMAT: &str = "hamiltonian-adjoint scene";
+pub(super) const VERSION: u32 = 2;
 /// A version that lacks the kinds of the present one.
-const OLD: u32 = 1;
+pub(super) const OLD: u32 = 1;
 
 /// A scene read from a file, with the names of parts that the file could not contain.
 #[derive(Debug)]

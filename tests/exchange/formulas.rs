@@ -77,7 +77,7 @@ impl Cost<2, 0, 1, 2> for Functions {
     }
 }
 
-fn pendulum() -> Scene {
+pub fn pendulum() -> Scene {
     let mut scene = Scene::new();
     let q = scene.coordinates("arm", ["φ", "ψ"]);
     scene.place(q[0], 0.3);

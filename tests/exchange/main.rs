@@ -16,6 +16,8 @@ mod progress;
 mod ready_costs;
 #[cfg(feature = "files")]
 mod scenes;
+#[cfg(feature = "files")]
+mod schema;
 mod space;
 #[cfg(feature = "files")]
 mod space_files;

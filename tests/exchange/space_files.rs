@@ -254,11 +254,16 @@ fn events_come_back_to_the_last_bit() {
     }
 }
 
+/// Scenes that contain all kinds of ready-made parts.
+pub fn all() -> Vec<Scene> {
+    let events = events().into_iter().map(|(scene, ..)| scene);
+    [super::scenes::everything(), tree(), loops()].into_iter().chain(events).collect()
+}
+
 #[test]
 fn the_scenes_of_these_tests_contain_all_kinds() {
     let mut kinds = BTreeSet::new();
-    let events = events().into_iter().map(|(scene, ..)| scene);
-    for scene in [super::scenes::everything(), tree(), loops()].into_iter().chain(events) {
+    for scene in all() {
         let file: Value = serde_json::from_str(&copied(&scene).1).expect("JSON");
         let parts = file["parts"].as_array().expect("parts");
         kinds.extend(parts.iter().map(|part| part["kind"].as_str().expect("a kind").to_string()));
