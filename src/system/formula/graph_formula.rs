@@ -4,7 +4,7 @@ use super::applied::{Applied, ForceFormula};
 use super::energy::{Kinetic, KineticFormula, Potential, PotentialFormula};
 use super::holonomic::{ConstraintFormula, Holonomic};
 use super::kind::ElementKind;
-use super::on_numbers::{AnyElement, Read, Recordable, SEEDS, Values, with_memory};
+use super::on_numbers::{AnyElement, Read, Recordable, SEEDS, Values, with_copies};
 use super::placed::Placed;
 use super::shape::{Place, Shape, Slot};
 use crate::Scalar;
@@ -83,15 +83,20 @@ impl GraphFormula {
 
 impl<S: Scalar> Values<S> for GraphFormula {
     fn values(&self, read: Read<S>, put: &mut dyn FnMut(S)) {
-        with_memory(self.graph.len(), &mut |values: &mut [S]| {
-            for (k, expression) in self.graph.expressions().enumerate() {
-                let at = |node: Node| values[node.index()];
-                values[k] = match (self.slot(expression), expression) {
-                    (Some(slot), _) => read(slot),
-                    // Reading the value of an exponent would be a branch.
-                    (_, Expression::Power(x, n)) => at(x).powf(self.graph.value(n).unwrap_or(f64::NAN)),
-                    _ => expression.value(at, &[], &[]),
-                };
+        let value = |expression: Expression, values: &[S]| {
+            let at = |node: Node| values[node.index()];
+            match (self.slot(expression), expression) {
+                (Some(slot), _) => read(slot),
+                // Reading the value of an exponent would be a branch.
+                (_, Expression::Power(x, n)) => at(x).powf(self.graph.value(n).unwrap_or(f64::NAN)),
+                _ => expression.value(at, &[], &[]),
+            }
+        };
+        let Some(first) = self.graph.expressions().next() else { return };
+        // Zeros would be recorded as a part of the formula.
+        with_copies(value(first, &[]), self.graph.len(), &mut |values: &mut [S]| {
+            for (k, expression) in self.graph.expressions().enumerate().skip(1) {
+                values[k] = value(expression, values);
             }
             self.results.iter().for_each(|node| put(values[node.index()]));
         });

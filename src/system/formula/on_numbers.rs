@@ -199,14 +199,20 @@ pub fn with_lists<S: Scalar, const L: usize>(read: Read<S>, lists: [List; L], fo
     });
 }
 
-/// Calls a function with `len` zeros. Few of them need no memory of the heap: formulas without programs are evaluated at every point of a run.
+/// Calls a function with `len` zeros.
 pub fn with_memory<S: Scalar>(len: usize, f: &mut dyn FnMut(&mut [S])) {
+    with_copies(S::zero(), len, f);
+}
+
+/// Calls a function with `len` copies of a number. Few of them need no memory of the heap: formulas without programs are evaluated at every point of a
+/// run.
+pub fn with_copies<S: Scalar>(of: S, len: usize, f: &mut dyn FnMut(&mut [S])) {
     match len {
-        0..=8 => f(&mut [S::zero(); 8][..len]),
-        9..=16 => f(&mut [S::zero(); 16][..len]),
-        17..=32 => f(&mut [S::zero(); 32][..len]),
-        33..=128 => f(&mut [S::zero(); 128][..len]),
-        _ => f(&mut vec![S::zero(); len]),
+        0..=8 => f(&mut [of; 8][..len]),
+        9..=16 => f(&mut [of; 16][..len]),
+        17..=32 => f(&mut [of; 32][..len]),
+        33..=128 => f(&mut [of; 128][..len]),
+        _ => f(&mut vec![of; len]),
     }
 }
 
