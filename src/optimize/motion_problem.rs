@@ -177,8 +177,7 @@ pub(super) fn default_constraints(system: &System) -> Vec<Interval> {
 
 impl Problem for MotionProblem {
     fn warnings(&self) -> Vec<Warning> {
-        let is_asked =
-            self.solver.system().sums(0).next().is_some() || self.constraints.iter().any(|of| *of != Interval::FREE);
+        let is_asked = self.solver.system().has_cost() || self.constraints.iter().any(|of| *of != Interval::FREE);
         self.solver.report().warnings.iter().cloned().chain((!is_asked).then_some(Warning::NothingAsked)).collect()
     }
 

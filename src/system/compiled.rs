@@ -86,6 +86,11 @@ impl System {
         self.0.names.outputs.len()
     }
 
+    /// True if J has a cost; otherwise it is 0.
+    pub fn has_cost(&self) -> bool {
+        self.sums(0).next().is_some()
+    }
+
     /// The number of events.
     pub fn events(&self) -> usize {
         self.0.names.events.len()
