@@ -54,6 +54,10 @@ pub mod animations_and_files {}
 pub mod scene_files {}
 
 #[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/command-line.md")]
+pub mod command_line {}
+
+#[doc = include_str!("guide_links.md")]
 #[doc = include_str!("../docs/accuracy-and-speed.md")]
 pub mod accuracy_and_speed {}
 

@@ -74,7 +74,7 @@ pub fn run(options: &Optimise) -> Result<(), Failure> {
 
 impl Optimise {
     /// The problem with its free quantities and bounds.
-    fn problem<'k>(&self, known: &'k Known) -> Result<MotionProblem<'k>, Failure> {
+    fn problem(&self, known: &Known) -> Result<MotionProblem, Failure> {
         let mut free: Vec<Free> = Vec::new();
         for item in &self.free {
             free.extend(quantities(known, item)?.into_iter().map(Free::new));

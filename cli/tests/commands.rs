@@ -8,18 +8,18 @@ use hamiltonian_adjoint::{Grid, Inputs, SceneFile, Scheme, Settings, Solver, Sys
 use program::{Folder, Run};
 use serde_json::{Value, json};
 
+const GUIDE: &str = include_str!("../../docs/command-line.md");
+
+/// The first block of the guide in this language.
+fn block(language: &str) -> &'static str {
+    let after = GUIDE.split_once(&format!("```{language}\n")).expect("a block").1;
+    after.split_once("```").expect("its end").0
+}
+
 /// An arm on a motorised hinge, with a cost and an output as formulas.
-const ARM: &str = r#"{"format": "hamiltonian-adjoint scene", "version": 1, "parts": [
-  {"kind": "gravity", "name": "gravity", "x": 0, "y": -9.81},
-  {"kind": "design variable", "name": "mass", "value": 0.8},
-  {"kind": "control", "name": "torque"},
-  {"kind": "body", "name": "arm", "mass": "mass", "inertia": "mass / 12", "place": [0.5, 0, 0]},
-  {"kind": "revolute", "name": "shoulder", "a": {"at": [0, 0]}, "b": {"body": "arm", "at": [-0.5, 0]}},
-  {"kind": "torque actuator", "name": "motor", "a": {}, "b": {"body": "arm"}, "torque": "torque"},
-  {"kind": "cost", "name": "effort", "sum": "integral", "formula": "1e-4 * u[torque]^2 * mass"},
-  {"kind": "output", "name": "upright"},
-  {"kind": "term", "name": "upright", "output": "upright", "sum": "terminal", "formula": "q[arm.φ] - 1.5707963267948966"}
-], "left_out": []}"#;
+fn arm() -> &'static str {
+    block("json")
+}
 
 /// A folder with a scene and inputs whose controls are all 2, and what the library makes of both.
 fn known(name: &str, scene: &str, grid: Grid) -> (Folder, System, Inputs) {
@@ -39,17 +39,21 @@ fn paper() -> String {
 
 #[test]
 fn motions_and_derivatives_are_those_of_the_library_to_the_last_bit() {
-    for (name, scene) in [("paper", paper()), ("arm", ARM.to_string())] {
+    for (name, scene) in [("paper", paper()), ("arm", arm().to_string())] {
         let (folder, system, inputs) = known(name, &scene, Grid::uniform(20, 0.02));
         let results = |settings: Settings| {
             let mut solver = Solver::new(&system, settings);
             let motion = solver.simulate(&inputs).expect("a motion").clone();
-            let gradient = solver.gradient().expect("a gradient").to_json(&system).expect("a file");
+            let gradient = solver.gradient().expect("a gradient").clone();
             let mut along = inputs.no_change();
             along.controls[(0, 3)] = 1.0;
             let product = solver.hessian_product(&along).expect("a product").to_json(&system).expect("a file");
+            (along.controls, along.design) = (gradient.controls.clone(), gradient.design.clone());
+            (along.start, along.grid.steps) = (gradient.start.clone(), gradient.steps.clone());
+            let steepest = solver.hessian_product(&along).expect("a product").to_json(&system).expect("a file");
+            let gradient = gradient.to_json(&system).expect("a file");
             let csv = motion.to_csv(&system, solver.inputs()).expect("a table");
-            [motion.to_json(&system).expect("a file"), csv.trim_end().to_string(), gradient, product]
+            [motion.to_json(&system).expect("a file"), csv.trim_end().to_string(), gradient, product, steepest]
         };
         let mut push = vec![0.0; 21];
         push[3] = 1.0;
@@ -63,8 +67,11 @@ fn motions_and_derivatives_are_those_of_the_library_to_the_last_bit() {
             let run =
                 |command: &[&str]| folder.run(&[command, &["scene.json", "inputs.json"], options].concat()).succeeded();
             run(&["simulate", "-o", "motion.csv"]);
+            run(&["gradient", "-o", "gradient.json"]);
             let csv = folder.read("motion.csv").trim_end().to_string();
-            let found = [run(&["simulate"]), csv, run(&["gradient"]), run(&["hessian-product", "--along", "along.json"])];
+            let product = |along: &str| run(&["hessian-product", "--along", along]);
+            let [part, steepest] = ["along.json", "gradient.json"].map(product);
+            let found = [run(&["simulate"]), csv, folder.read("gradient.json").trim_end().into(), part, steepest];
             let expected = results(settings);
             assert!(found == expected, "{name} {options:?}\n{found:?}\n{expected:?}");
         }
@@ -72,9 +79,36 @@ fn motions_and_derivatives_are_those_of_the_library_to_the_last_bit() {
     }
 }
 
+#[cfg(unix)]
+#[test]
+fn the_session_of_the_guide_runs() {
+    let folder = Folder::new("guide");
+    folder.write("arm.json", arm());
+    folder.write("session.sh", block("sh"));
+    let program = std::path::Path::new(env!("CARGO_BIN_EXE_hamiltonian-adjoint"));
+    let path =
+        [program.parent().expect("a folder"), "/usr/bin".as_ref(), "/bin".as_ref()].map(|part| part.display().to_string());
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-e", "session.sh"]).env("PATH", path.join(":")).current_dir(folder.path());
+    let session = Run::of(&["session.sh"], shell.output().expect("a shell"));
+    assert!(
+        session.succeeded().lines().last().is_some_and(|last| last.starts_with("  \"value\": 0.00")),
+        "{}",
+        session.printed
+    );
+    assert!(
+        session.errors.contains("best.json") || session.errors.contains("inputs.json: the gradient"),
+        "{}",
+        session.errors
+    );
+    for file in ["motion.csv", "gradient.json", "report.json", "best.html"] {
+        assert!(folder.read(file).len() > 500, "{file}");
+    }
+}
+
 #[test]
 fn outputs_have_their_gradients_by_name() {
-    let (folder, system, inputs) = known("outputs", ARM, Grid::uniform(9, 0.02));
+    let (folder, system, inputs) = known("outputs", arm(), Grid::uniform(9, 0.02));
     let found: Value =
         serde_json::from_str(&folder.run(&["jacobian", "scene.json", "inputs.json"]).succeeded()).expect("JSON");
     let mut solver = Solver::new(&system, Settings::default());
@@ -109,7 +143,7 @@ fn the_help_states_the_defaults_of_the_library() {
     }
     let names = ["trapezoidal", "tr-bdf2", "esdirk3", "esdirk4", "esdirk5"];
     for (name, scheme) in names.into_iter().zip(Scheme::ALL) {
-        let (folder, ..) = known(&format!("scheme {name}"), ARM, Grid::uniform(2, 0.02));
+        let (folder, ..) = known(&format!("scheme {name}"), arm(), Grid::uniform(2, 0.02));
         let motion = folder.run(&["simulate", "scene.json", "inputs.json", "--scheme", name]).succeeded();
         assert!(motion.contains(&format!("\"scheme\":\"{}\"", scheme.name)), "{motion}");
     }
@@ -117,13 +151,13 @@ fn the_help_states_the_defaults_of_the_library() {
 
 #[test]
 fn a_scene_is_described_and_has_inputs_at_rest() {
-    let (folder, system, _) = known("describe", ARM, Grid::uniform(4, 0.1));
+    let (folder, system, _) = known("describe", arm(), Grid::uniform(4, 0.1));
     let description: Value = serde_json::from_str(&folder.run(&["describe", "scene.json"]).succeeded()).expect("JSON");
     assert_eq!(description["sizes"]["coordinates"], 3);
     assert_eq!(description["names"]["controls"], json!(["torque"]));
     assert_eq!(description["names"]["constraints"].as_array().map(Vec::len), Some(2));
     assert_eq!([&description["has_cost"], &description["warnings"]], [&json!(true), &json!([])]);
-    let left_out = ARM.replace("\"left_out\": []", "\"left_out\": [\"a spring\"]").replace("[0.5, 0, 0]", "[0.6, 0, 0]");
+    let left_out = arm().replace("\"left_out\": []", "\"left_out\": [\"a spring\"]").replace("[0.5, 0, 0]", "[0.6, 0, 0]");
     folder.write("broken.json", &left_out);
     let description: Value = serde_json::from_str(&folder.run(&["describe", "broken.json"]).succeeded()).expect("JSON");
     assert_eq!(description["left_out"], json!(["a spring"]));
@@ -135,7 +169,7 @@ fn a_scene_is_described_and_has_inputs_at_rest() {
     folder
         .run(&[&["inputs", "-", "--steps", "4", "--dt", "0.1"], &table[..]].concat())
         .failed(2, &["standard input", "scene"]);
-    folder.run_with(&[&["inputs", "-", "--steps", "4", "--dt", "0.1"], &table[..]].concat(), ARM).succeeded();
+    folder.run_with(&[&["inputs", "-", "--steps", "4", "--dt", "0.1"], &table[..]].concat(), arm()).succeeded();
     let mut expected = Inputs::at_rest(&system, Grid::uniform(4, 0.1));
     expected.set_control(system.control(0), |t| 2.0 * (1.0 - t / 0.4) + 4.0 * (t / 0.4));
     assert_eq!(Inputs::from_json(&system, &folder.read("rest.json")).expect("inputs"), expected);
@@ -156,7 +190,7 @@ fn checks_pass_and_fail() {
     let report: Value = serde_json::from_str(&folder.read("report.json")).expect("JSON");
     assert_eq!(report["passed"], false);
     run(&["--within", "NaN"]).failed(2, &["NaN"]);
-    let (folder, ..) = known("check nothing", &ARM.replace("upright", "up"), Grid::uniform(5, 0.02));
+    let (folder, ..) = known("check nothing", &arm().replace("upright", "up"), Grid::uniform(5, 0.02));
     folder.run(&["check", "scene.json", "inputs.json"]).succeeded();
     let neither = paper().replace("\"cost\"", "\"term\"").replace("\"sum\"", "\"output\": \"o\", \"sum\"");
     let with_output = neither.replacen("\"parts\": [", "\"parts\": [{\"kind\": \"output\", \"name\": \"o\"},", 1);
@@ -166,14 +200,14 @@ fn checks_pass_and_fail() {
 
 #[test]
 fn an_optimum_is_that_of_the_library() {
-    let (folder, system, inputs) = known("optimise", ARM, Grid::uniform(30, 0.02));
+    let (folder, system, inputs) = known("optimise", arm(), Grid::uniform(30, 0.02));
     let bounds = ["--bounds", "controls.torque=-14..14", "--bounds", "outputs.upright=-0.1..0.1"];
     let command = ["optimise", "scene.json", "inputs.json", "--free", "controls", "-o", "best.json"];
     let run = folder.run(&[&command[..], &bounds, &["--scale", "controls=5", "--stationarity", "1e-6"]].concat());
     run.succeeded();
     assert!(run.errors.contains("inputs.json: the gradient is below the tolerance"), "{}", run.errors);
 
-    let scene = SceneFile::from_json(ARM).expect("a scene").scene;
+    let scene = SceneFile::from_json(arm()).expect("a scene").scene;
     let (torque, upright) = (scene.control_named("torque").expect("it"), scene.output_named("upright").expect("it"));
     let system_of_handles = scene.compile().expect("a system");
     let free = vec![Free::control(torque).within(-14.0, 14.0).scaled(5.0)];
@@ -217,7 +251,7 @@ fn an_optimum_is_that_of_the_library() {
 
 #[test]
 fn a_page_shows_the_motion() {
-    let (folder, ..) = known("page", ARM, Grid::uniform(5, 0.02));
+    let (folder, ..) = known("page", arm(), Grid::uniform(5, 0.02));
     folder.run(&["animate", "scene.json", "inputs.json", "-o", "motion.html"]).succeeded();
     let page = folder.read("motion.html");
     assert!(page.contains("<svg") && page.contains("torque"), "{page}");
@@ -225,7 +259,7 @@ fn a_page_shows_the_motion() {
 
 #[test]
 fn what_was_computed_before_a_failed_step_is_written() {
-    let (folder, system, mut inputs) = known("partial", ARM, Grid::uniform(20, 0.02));
+    let (folder, system, mut inputs) = known("partial", arm(), Grid::uniform(20, 0.02));
     inputs.controls[(0, 12)] = 1e300;
     folder.write("wild.json", &inputs.to_json(&system).expect("inputs"));
     for file in ["motion.json", "motion.csv", "motion.html"] {
