@@ -53,6 +53,13 @@ fn gradients_and_motions_are_written_by_name() {
     assert_eq!(json["value"].as_f64(), Some(gradient.value));
     assert_eq!(json["design"]["target <angle>"].as_f64(), Some(gradient.design[0]));
     assert_eq!(json["controls"]["force on the cart"][2].as_f64(), Some(gradient.controls[(0, 2)]));
+    let direction = inputs.direction_from_json(&system, &json.to_string()).expect("a direction");
+    assert_eq!((&direction.controls, &direction.design), (&gradient.controls, &gradient.design));
+    assert_eq!((&direction.start, &direction.grid.steps), (&gradient.start, &gradient.steps));
+    assert_eq!((direction.grid.start, direction.grid.stages), (0.0, inputs.grid.stages));
+    let part = r#"{"format": "hamiltonian-adjoint gradient", "version": 1, "design": {"target <angle>": 2.0}}"#;
+    let direction = inputs.direction_from_json(&system, part).expect("a direction");
+    assert_eq!((direction.design[0], direction.controls.amax(), &direction.grid.steps), (2.0, 0.0, &vec![0.0; 3]));
 
     let mut solver = Solver::new(&system, Settings::default());
     let motion = solver.simulate(&inputs).expect("a motion").clone();
