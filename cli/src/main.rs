@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
-use hamiltonian_adjoint::Animation;
+use hamiltonian_adjoint::{Animation, SceneFile};
 
 use commands::Task;
 use files::Output;
@@ -33,6 +33,11 @@ enum Command {
     Describe {
         /// File of the scene; `-` for standard input
         scene: PathBuf,
+        #[command(flatten)]
+        output: Output,
+    },
+    /// The JSON Schema of scene files, with which editors complete and check them
+    Schema {
         #[command(flatten)]
         output: Output,
     },
@@ -96,6 +101,7 @@ fn main() -> ExitCode {
 fn run(command: &Command) -> Result<(), Failure> {
     match command {
         Command::Describe { scene, output } => commands::describe(scene, output),
+        Command::Schema { output } => output.write(&SceneFile::schema()),
         Command::Inputs(options) => commands::at_rest(options),
         Command::Simulate(task) => task.run(&task.read()?, true, |system, solver| match task.output.is_csv() {
             true => solver.trajectory().to_csv(system, solver.inputs()),

@@ -159,6 +159,7 @@ fn a_scene_is_described_and_has_inputs_at_rest() {
     assert_eq!([&description["has_cost"], &description["warnings"]], [&json!(true), &json!([])]);
     let left_out = arm().replace("\"left_out\": []", "\"left_out\": [\"a spring\"]").replace("[0.5, 0, 0]", "[0.6, 0, 0]");
     folder.write("broken.json", &left_out);
+    assert_eq!(folder.run(&["schema"]).succeeded().trim_end(), SceneFile::schema());
     let description: Value = serde_json::from_str(&folder.run(&["describe", "broken.json"]).succeeded()).expect("JSON");
     assert_eq!(description["left_out"], json!(["a spring"]));
     assert!(description["warnings"][0].as_str().is_some_and(|text| text.contains("shoulder")), "{description}");
