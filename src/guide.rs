@@ -58,6 +58,10 @@ pub mod scene_files {}
 pub mod command_line {}
 
 #[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/python.md")]
+pub mod python {}
+
+#[doc = include_str!("guide_links.md")]
 #[doc = include_str!("../docs/accuracy-and-speed.md")]
 pub mod accuracy_and_speed {}
 

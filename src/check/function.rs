@@ -48,17 +48,18 @@ pub struct FunctionCheck<'a, F> {
 /// assert!(!report.passed());
 /// assert_eq!(report.blocks[0].diagnoses[0].text, "sign flipped in d(`x`)/d(`φ`)");
 /// ```
-pub fn function<'a, F: Function, const I: usize, const O: usize>(
+pub fn function<'a, 'n, F: Function>(
     function: &'a F,
-    inputs: [&str; I],
-    outputs: [&str; O],
+    inputs: impl IntoIterator<Item = &'n str>,
+    outputs: impl IntoIterator<Item = &'n str>,
 ) -> FunctionCheck<'a, F> {
-    let quoted = |name: &&str| format!("`{name}`");
+    let quoted = |name: &str| format!("`{name}`");
+    let inputs: Vec<String> = inputs.into_iter().map(quoted).collect();
     FunctionCheck {
         function,
-        inputs: inputs.iter().map(quoted).collect(),
-        outputs: outputs.iter().map(quoted).collect(),
-        magnitudes: vec![1.0; I],
+        magnitudes: vec![1.0; inputs.len()],
+        inputs,
+        outputs: outputs.into_iter().map(quoted).collect(),
         given: Vec::new(),
         count: None,
         seed: 1,

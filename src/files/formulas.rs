@@ -6,14 +6,15 @@
 use serde_json::{Map, Value, json};
 use std::cell::RefCell;
 
-use super::fields::Fields;
+use super::fields::{Fields, wrong};
 use super::lists::{Lists, key_of};
+use crate::check::Function;
 use crate::model::Param;
 use crate::program::Symbol;
 use crate::scene::Summed;
-use crate::system::{Connections, ElementKind, GraphFormula, Placed, Recordable, Shape, Slot};
+use crate::system::{Connections, ElementKind, GraphFormula, Placed, Recordable, Shape, Slot, Values};
 use crate::text::{Mistake, Name, Parts, Reader, write};
-use crate::{Error, Scene, Sum};
+use crate::{Error, Scalar, Scene, Sum};
 
 /// The kinds of elements, with the lists of arguments that their formulas may read.
 pub(super) const ELEMENTS: [(&str, ElementKind, &[&str]); 4] = [
@@ -77,6 +78,46 @@ impl Formula<'_> {
             put(reader.read(result).map_err(|mistake| FormulaError::new("`formula`", mistake))?);
         }
         Ok(())
+    }
+}
+
+/// A vector function as text, with the grammar of formulas in scene files and the arguments `x[0]`, `x[1]`, …, for
+/// [`check::function`](crate::check::function).
+///
+/// ```
+/// use hamiltonian_adjoint::check::{self, TextFunction};
+///
+/// let polar = TextFunction::read(&["cos(x[1])", "sin(x[1])"], &["x[0] * $1", "x[0] * $2"], 2)?;
+/// let hand = |x: &[f64]| [[x[1].cos(), -x[0] * x[1].sin()], [x[1].sin(), x[0] * x[1].cos()]];
+/// check::function(&polar, ["r", "φ"], ["x", "y"]).jacobian(hand).run().assert_passed();
+/// # Ok::<(), hamiltonian_adjoint::Error>(())
+/// ```
+pub struct TextFunction(GraphFormula);
+
+impl TextFunction {
+    /// Reads a function of `arguments` numbers: parts that precede its results, and the results.
+    ///
+    /// # Errors
+    /// A mistake in a text, with its column.
+    pub fn read(parts: &[&str], results: &[&str], arguments: usize) -> Result<Self, Error> {
+        let formula = Formula { parts: parts.to_vec(), results: results.to_vec(), arguments: None };
+        let slot = |name: Name| match name {
+            Name::Entry { list: "x", key } => key.parse().ok().filter(|i| *i < arguments).map(Slot::Q),
+            _ => None,
+        };
+        let slot =
+            |name: Name| slot(name).ok_or_else(|| format!("arguments are x[0] to x[{}]", arguments.saturating_sub(1)));
+        let graph = formula.graph(Shape { n: arguments, ..Shape::default() }, &[], &slot);
+        graph.map(TextFunction).map_err(|FormulaError(problem)| wrong("the function", &problem))
+    }
+}
+
+impl Function for TextFunction {
+    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
+        let mut results = Vec::new();
+        let read = |slot: Slot| if let Slot::Q(i) = slot { x[i] } else { S::zero() };
+        self.0.values(&read, &mut |y| results.push(y));
+        results
     }
 }
 

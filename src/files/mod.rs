@@ -18,6 +18,7 @@ mod table;
 mod trajectory;
 mod writer;
 
+pub use formulas::TextFunction;
 pub use kinds::{PartEntry, PartKind};
 pub use scene::SceneFile;
 pub use study::{Finished, Study};

@@ -13,7 +13,9 @@ use super::rounding_rows::clear_rounding_rows;
 use super::tangent::{Formulas, Sines};
 use crate::Error;
 use crate::linear::{Breakdown, Symbolic};
-use crate::model::{Control, Coordinate, Event, Gap, Handle, Multiplier, Output, Param, SceneTag, Shape, Sketch, Switch};
+use crate::model::{
+    Control, Coordinate, Design, Event, Gap, Handle, Multiplier, Output, Param, SceneTag, Shape, Sketch, Switch,
+};
 use crate::program::Obstacle;
 
 /// Rounding error allowed in a sum, relative to its terms.
@@ -126,6 +128,24 @@ impl System {
     pub fn coordinate(&self, i: usize) -> Coordinate {
         assert!(i < self.0.n, "there are {} coordinates; index {i} does not exist", self.0.n);
         Coordinate(self.0.scene.handle(i))
+    }
+
+    /// The handle of design variable `i`, as returned by the scene.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`designs`](Self::designs).
+    pub fn design(&self, i: usize) -> Design {
+        assert!(i < self.designs(), "there are {} design variables; index {i} does not exist", self.designs());
+        Design(self.0.scene.handle(i))
+    }
+
+    /// The handle of output `i`, as returned by the scene.
+    ///
+    /// # Panics
+    /// If `i` is not less than [`outputs`](Self::outputs).
+    pub fn output(&self, i: usize) -> Output {
+        assert!(i < self.outputs(), "there are {} outputs; index {i} does not exist", self.outputs());
+        Output(self.0.scene.handle(i))
     }
 
     /// The handle of event `i`, as returned by the scene.

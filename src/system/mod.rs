@@ -23,7 +23,7 @@ pub(crate) use formula::{
     NodeView, Pair, PlacedElement, Positions, Potential, Restricted, SEEDS, StateRows, Sums, Within,
 };
 #[cfg(feature = "files")]
-pub(crate) use formula::{GraphFormula, Placed, Recordable, Shape, Slot};
+pub(crate) use formula::{GraphFormula, Placed, Recordable, Shape, Slot, Values};
 pub(crate) use kinks::Kinks;
 pub(crate) use report::Order;
 #[cfg(test)]

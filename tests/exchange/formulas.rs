@@ -252,3 +252,19 @@ fn mistakes_in_formulas_are_named_with_their_place() {
         }
     }
 }
+
+#[test]
+fn functions_as_text_are_checked() {
+    let read = |parts: &[&str], results: &[&str]| check::TextFunction::read(parts, results, 2);
+    let product = read(&["x[0] * x[1]"], &["$1", "sin($1)"]).expect("a function");
+    let names = (["a", "b"], ["y", "z"]);
+    let hand = |x: &[f64], factor: f64| {
+        let cos = (x[0] * x[1]).cos() * factor;
+        [[x[1], x[0]], [cos * x[1], cos * x[0]]]
+    };
+    check::function(&product, names.0, names.1).jacobian(|x| hand(x, 1.0)).run().assert_passed();
+    assert!(!check::function(&product, names.0, names.1).jacobian(|x| hand(x, 0.5)).run().passed());
+    for (result, expected) in [("x[2]", "x[0] to x[1]"), ("2 * y", "character 5"), ("x[0] +", "ends too early")] {
+        assert_says(&read(&[], &[result]).err().expect("a mistake"), &["the function", expected]);
+    }
+}

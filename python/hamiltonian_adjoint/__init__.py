@@ -1,0 +1,87 @@
+"""Motion and exact gradients of constrained multibody systems in Hamilton's canonical form.
+
+>>> import hamiltonian_adjoint as ha
+>>> scene = ha.Scene()
+>>> cart = scene.coordinates("cart", ["x"])
+>>> mass = scene.design("mass", 2.0)
+>>> force = scene.control("force")
+>>> scene.kinetic_energy("motion", 0.5 * mass * cart.x.v**2)
+>>> scene.force("drive", {cart.x: force - 0.1 * cart.x.v})
+>>> scene.cost("end", 0.5 * (cart.x - 1.0) ** 2, sum="terminal")
+>>> system = scene.compile()
+>>> inputs = system.at_rest(100, 0.01)
+>>> inputs[force] = 1.0
+>>> gradient = ha.gradient(system, inputs)
+>>> round(gradient.value, 4)
+0.2843
+>>> gradient[force].shape
+(101,)
+"""
+
+from ._check import Report, check, check_gradient
+from ._errors import Error, FileError, InputError, MotionError, MotionWarning, OptimiseError, SceneError
+from ._expression import Condition, Expression, Symbol, maximum, minimum, t, where
+from ._hamiltonian_adjoint import __version__
+from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event, Group, Joint, Marker, Output, Particle, Point, SpaceBody
+from ._optimise import Free, Iterate, Optimum, free, minimise, step_length
+from ._scene import Scene, after_event, at_event, cart_pendulum, constant, constant_speed, harmonic, node
+from ._solver import LongSolver, Motion, Solver, gradient, gradients, simulate
+from ._system import Gradient, Inputs, System
+
+__all__ = [
+    "Body",
+    "Condition",
+    "Control",
+    "Coordinate",
+    "Design",
+    "Equation",
+    "Error",
+    "Event",
+    "Expression",
+    "FileError",
+    "Free",
+    "GROUND",
+    "Gradient",
+    "Group",
+    "InputError",
+    "Inputs",
+    "Iterate",
+    "Joint",
+    "LongSolver",
+    "Marker",
+    "Motion",
+    "MotionError",
+    "MotionWarning",
+    "OptimiseError",
+    "Optimum",
+    "Output",
+    "Particle",
+    "Point",
+    "Report",
+    "Scene",
+    "SceneError",
+    "Solver",
+    "SpaceBody",
+    "Symbol",
+    "System",
+    "__version__",
+    "after_event",
+    "at_event",
+    "cart_pendulum",
+    "check",
+    "check_gradient",
+    "constant",
+    "constant_speed",
+    "free",
+    "gradient",
+    "gradients",
+    "harmonic",
+    "maximum",
+    "minimise",
+    "minimum",
+    "node",
+    "simulate",
+    "step_length",
+    "t",
+    "where",
+]

@@ -1,0 +1,269 @@
+"""Solvers and motions."""
+
+from __future__ import annotations
+
+import html
+import os
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any, Literal, overload
+
+import numpy as np
+
+from . import _hamiltonian_adjoint as _core
+from ._errors import Error, InputError, warn
+from ._expression import Symbol
+from ._system import Array, Gradient, Inputs, System
+
+_ROWS = {"q": "q", "v": "v", "p_star": "p", "p_star_dot": "p_dot", "u": "controls", "sigma": "sigma"}
+
+
+class Motion:
+    """A motion: arrays with one column for each node."""
+
+    def __init__(self, system: System, core: Any) -> None:
+        self.system = system
+        self._core = core
+
+    @cached_property
+    def times(self) -> Array:
+        """The times of the nodes, s."""
+        return self._core.times
+
+    @cached_property
+    def q(self) -> Array:
+        """Coordinates, m or rad."""
+        return self._core.matrix("q")
+
+    @cached_property
+    def v(self) -> Array:
+        """Velocities, m/s or rad/s."""
+        return self._core.matrix("v")
+
+    @cached_property
+    def p(self) -> Array:
+        """Augmented momenta p*, N s or N m s."""
+        return self._core.matrix("p")
+
+    @cached_property
+    def p_dot(self) -> Array:
+        """Rates of the augmented momenta, N or N m."""
+        return self._core.matrix("p_dot")
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Multipliers (impulses), N s or N m s."""
+        return self._core.matrix("sigma")
+
+    @cached_property
+    def controls(self) -> Array:
+        """Controls."""
+        return self._core.matrix("controls")
+
+    @cached_property
+    def phi(self) -> Array:
+        """The constraints Φ, m or rad."""
+        return self._core.constraints(False)
+
+    @cached_property
+    def phi_dot(self) -> Array:
+        """The rates dΦ/dt, m/s or rad/s."""
+        return self._core.constraints(True)
+
+    @cached_property
+    def inputs(self) -> Inputs:
+        """The inputs on the grid that was used."""
+        return Inputs._of(self.system, self._core.inputs())
+
+    @property
+    def computed(self) -> int:
+        """The number of computed nodes."""
+        return self._core.computed
+
+    @property
+    def inserted(self) -> list[int]:
+        """The numbers of the nodes that halved steps inserted."""
+        return self._core.inserted
+
+    def __getitem__(self, symbol: Symbol | str) -> Array:
+        """The values of a coordinate, a velocity `x.v`, a control or a multiplier at all nodes."""
+        lists = {"u": self.system.controls, "sigma": self.system.equations}
+        if isinstance(symbol, str):
+            return self.q[self.system.coordinates.index(symbol)]
+        if symbol.list not in _ROWS:
+            raise KeyError(f"a motion has no values of `{symbol.label}`")
+        names = lists.get(symbol.list, self.system.coordinates)
+        if symbol.key not in names:
+            raise KeyError(f"the system has no `{symbol.label}`")
+        return getattr(self, _ROWS[symbol.list])[names.index(symbol.key)]
+
+    def to_csv(self) -> str:
+        """The motion as CSV, with units."""
+        return self._core.to_csv()
+
+    def html(self, title: str = "Motion") -> str:
+        """A page that plays the motion."""
+        return self._core.picture(title)
+
+    def svg(self, time: float, title: str = "Motion") -> str:
+        """The picture at a time, s."""
+        return self._core.picture(title, time)
+
+    def write_html(self, path: str | os.PathLike[str], title: str = "Motion") -> None:
+        """Writes a page that plays the motion."""
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(self.html(title))
+
+    def _repr_html_(self) -> str:
+        return f'<iframe srcdoc="{html.escape(self.html())}" style="width: 100%; height: 640px; border: 0"></iframe>'
+
+    def __reduce__(self) -> Any:
+        return _motion_from_json, (self.system, *self._core.to_json())
+
+    def __repr__(self) -> str:
+        return f"<motion: {self.computed} nodes to t = {self.times[-1] if self.computed else np.nan:g} s, {self.system.n} coordinates>"
+
+
+def _motion_from_json(system: System, motion: str, inputs: str) -> Motion:
+    return Motion(system, _core.Motion.from_json(system, motion, inputs))
+
+
+def _checked(inputs: Inputs, system: System) -> Inputs:
+    if not isinstance(inputs, Inputs):
+        raise TypeError(f"inputs such as system.at_rest(100, 0.01) are expected, not {inputs!r}")
+    if inputs.system is not system and inputs.system.parts != system.parts:
+        raise InputError("the inputs belong to another system")
+    return inputs
+
+
+class Solver:
+    """A solver of one system for many inputs. A thread needs a solver of its own.
+
+    Settings are keywords: `scheme` ('trapezoidal rule', 'TR-BDF2', 'ESDIRK3', 'ESDIRK4', 'ESDIRK5'), `tolerance`, `max_iterations`,
+    `position_tolerance`, `velocity_tolerance`, `max_halvings`, `drift_bound`, `rebase_every`.
+    """
+
+    def __init__(self, system: System, **settings: Any) -> None:
+        if not isinstance(system, System):
+            raise TypeError(f"a system such as scene.compile() is expected, not {system!r}")
+        self.system = system
+        self._core = _core.Solver(system, **settings)
+
+    def simulate(self, inputs: Inputs) -> Motion:
+        """Computes a motion."""
+        motion = Motion(self.system, self._core.simulate(self.system, _checked(inputs, self.system)))
+        warn(self._core.warnings())
+        return motion
+
+    @property
+    def motion(self) -> Motion:
+        """The last motion; after an error, up to the failed step."""
+        return Motion(self.system, self._core.motion(self.system))
+
+    def _gradient(self, attributes: dict[str, Any]) -> Gradient:
+        made = Gradient(self.system, attributes)
+        if made.warnings:
+            warn(made.warnings, stacklevel=4)
+        return made
+
+    def gradient(self, inputs: Inputs | None = None) -> Gradient:
+        """J and its derivatives, for these inputs or for the last motion."""
+        if inputs is None:
+            return self._gradient(self._core.gradient())
+        return self._gradient(self._core.solve(self.system, _checked(inputs, self.system)))
+
+    def weighted_gradient(self, cost: float, outputs: Iterable[float]) -> Gradient:
+        """The gradient of w₀ J + Σ w_k r_k over the outputs r, for the last motion."""
+        return self._gradient(self._core.weighted_gradient(cost, list(outputs)))
+
+    def jacobian(self) -> list[Gradient]:
+        """The gradients of all outputs of the last motion."""
+        return [Gradient(self.system, of) for of in self._core.jacobian()]
+
+    def hessian_product(self, direction: Inputs) -> Gradient:
+        """The product of the Hessian of J with a direction, after `gradient`."""
+        return Gradient(self.system, self._core.hessian_product(self.system, _checked(direction, self.system)))
+
+    def cost(self) -> float:
+        """J of the last motion."""
+        return self._core.cost()
+
+    def outputs(self) -> Array:
+        """The values of all outputs of the last motion."""
+        return self._core.outputs()
+
+    def adapt(self, inputs: Inputs, tolerance: float) -> Inputs:
+        """The same inputs on an adaptive grid, on which the estimated error of every step is below the tolerance."""
+        return self._prepared(inputs, "adapt", tolerance)
+
+    def assemble(self, inputs: Inputs) -> Inputs:
+        """The same inputs with the start that is assembled from a guess."""
+        return self._prepared(inputs, "assemble", 0.0)
+
+    def find_phases(self, inputs: Inputs, least: int) -> Inputs:
+        """The same inputs with all events of the motion, and at least so many steps between them."""
+        return self._prepared(inputs, "find phases", least)
+
+    def _prepared(self, inputs: Inputs, way: str, number: float) -> Inputs:
+        return Inputs._of(self.system, self._core.prepared(self.system, _checked(inputs, self.system), way, number))
+
+    def report(self) -> str:
+        """The work of the last motion and of the last backward sweep."""
+        motion, gradient = self._core.report()
+        return f"motion:\n{motion}\ngradient:\n{gradient}"
+
+    def __repr__(self) -> str:
+        return f"<solver of {self.system!r}>"
+
+
+class LongSolver:
+    """A solver of motions that do not fit into memory: it stores at most `bytes` of a motion."""
+
+    def __init__(self, system: System, bytes: int, **settings: Any) -> None:
+        self.system = system
+        self._core = _core.LongSolver(system, bytes, **settings)
+
+    def gradient(self, inputs: Inputs) -> Gradient:
+        """J and its derivatives."""
+        made = Gradient(self.system, self._core.solve(self.system, _checked(inputs, self.system)))
+        warn(made.warnings)
+        return made
+
+    def jacobian(self, inputs: Inputs) -> list[Gradient]:
+        """The gradients of all outputs."""
+        return [Gradient(self.system, of) for of in self._core.jacobian(self.system, _checked(inputs, self.system))]
+
+    def __repr__(self) -> str:
+        return f"<long solver of {self.system!r}>"
+
+
+def simulate(system: System, inputs: Inputs, **settings: Any) -> Motion:
+    """Computes one motion."""
+    solver = Solver(system, **settings)
+    motion = Motion(system, solver._core.simulate(system, _checked(inputs, system)))
+    warn(solver._core.warnings())
+    return motion
+
+
+def gradient(system: System, inputs: Inputs, **settings: Any) -> Gradient:
+    """J and its derivatives with respect to all inputs."""
+    made = Gradient(system, Solver(system, **settings)._core.solve(system, _checked(inputs, system)))
+    warn(made.warnings)
+    return made
+
+
+@overload
+def gradients(system: System, inputs: Iterable[Inputs], *, errors: Literal["raise"] = ..., **settings: Any) -> list[Gradient]: ...
+@overload
+def gradients(system: System, inputs: Iterable[Inputs], *, errors: Literal["return"], **settings: Any) -> list[Gradient | Error]: ...
+def gradients(system: System, inputs: Iterable[Inputs], *, errors: str = "raise", **settings: Any) -> Any:
+    """J and its derivatives for each of many inputs, on all cores. A motion that fails raises its error, or is replaced by it if errors='return'."""
+    if errors not in ("raise", "return"):
+        raise TypeError(f"errors must be 'raise' or 'return', not {errors!r}")
+    done = _core.gradients(system, [_checked(one, system) for one in inputs], **settings)
+    failed = [of for of in done if isinstance(of, Exception)]
+    if failed and errors == "raise":
+        raise failed[0]
+    made = [of if isinstance(of, Exception) else Gradient(system, of) for of in done]
+    warn([found for of in made if isinstance(of, Gradient) for found in of.warnings])
+    return made

@@ -1,0 +1,231 @@
+"""Systems, inputs and gradients."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _hamiltonian_adjoint as _core
+from ._errors import InputError
+from ._expression import Symbol
+from ._handles import Control, Coordinate, Design, Event
+from ._scene import Scene
+
+Array = NDArray[np.float64]
+
+
+class System(_core.System):
+    """A compiled mechanism: n coordinates, m constraint equations, k controls. It is immutable and can be shared between threads."""
+
+    def __reduce__(self) -> Any:
+        return _compiled, (self.parts,)
+
+    @property
+    def scene(self) -> Scene:
+        """A scene with the same parts."""
+        scene = Scene()
+        scene.__setstate__({"parts": self.parts})
+        return scene
+
+    def at_rest(self, steps: int | ArrayLike, dt: float | None = None) -> Inputs:
+        """Inputs at rest at the positions of the scene, with zero controls: a number of steps of `dt` seconds, or the lengths of all steps."""
+        return Inputs(self, steps, dt)
+
+    def __repr__(self) -> str:
+        return f"<system of {self.n} coordinates, {self.m} constraint equations, {self.k} controls, {len(self.designs)} design variables>"
+
+
+def _compiled(parts: list[str]) -> System:
+    scene = Scene()
+    scene.__setstate__({"parts": parts})
+    return System(scene._core)
+
+
+def _index(system: Any, symbol: Any) -> tuple[str, int]:
+    """The list and the number of a control, a design variable, a coordinate or a velocity."""
+    kinds = {"u": ("controls", system.controls), "b": ("design", system.designs), "q": ("q", system.coordinates), "v": ("v", system.coordinates)}
+    if isinstance(symbol, str):
+        found = [(of, names.index(symbol)) for of, names in kinds.values() if of != "v" and symbol in names]
+        if len(found) != 1:
+            raise KeyError(f"{'more than one input has' if found else 'no input has'} the name `{symbol}`; use the handle")
+        return found[0]
+    if not isinstance(symbol, Symbol) or symbol.list not in kinds:
+        raise TypeError(f"inputs are chosen by a control, a design variable, a coordinate or a velocity such as `x.v`, not by {symbol!r}")
+    of, names = kinds[symbol.list]
+    if symbol.key not in names:
+        raise KeyError(f"the system has no `{symbol.label}`")
+    return of, names.index(symbol.key)
+
+
+class _ByName:
+    """Arrays that are chosen by handles: `inputs[force]`, `gradient[mass]`."""
+
+    system: System
+
+    def __getitem__(self, symbol: Symbol | str) -> Any:
+        of, i = _index(self.system, symbol)
+        return getattr(self, of)[i]
+
+
+class Inputs(_ByName):
+    """The inputs of a motion, as arrays that can be changed: `inputs.controls[:] = 10.0`, `inputs[force] = 10.0`, `inputs[x.v] = 0.3`.
+
+    `controls` has one row for each control and one column for each node; `design`, `q` and `v` have one entry for each design variable and coordinate;
+    `steps` contains the lengths of the steps, s. `start` is 'velocity' (q and v are given), 'momentum' (v contains p*) or 'assembled' (q and v are
+    guesses, and the names in `held` are kept).
+    """
+
+    _SHAPES = {"q": "n", "v": "n", "design": "designs"}
+
+    t0: float
+    stages: int
+    start: str
+    q: Array
+    v: Array
+    controls: Array
+    design: Array
+    steps: Array
+    held: tuple[list[str], list[str]]
+    events: list[tuple[str, int]]
+    controls_in_time: list[str]
+    open: list[int] | None
+
+    def __init__(self, system: System, steps: int | ArrayLike, dt: float | None = None) -> None:
+        if not isinstance(system, _core.System):
+            raise TypeError(f"inputs belong to a system, such as scene.compile(), not to {system!r}")
+        is_count = isinstance(steps, (int, np.integer)) and not isinstance(steps, bool)
+        if is_count != (dt is not None):
+            raise TypeError("the grid is a number of steps and their length, `at_rest(100, 0.01)`, or an array of lengths")
+        if is_count and int(steps) < 0:  # type: ignore[arg-type]
+            raise InputError(f"{steps!r} steps: the number of steps must not be negative")
+        self.system = system
+        self.steps = np.full(int(steps), float(dt)) if is_count else steps  # type: ignore[arg-type, assignment]
+        self.t0, self.stages, self.start = 0.0, 1, "velocity"
+        self.q, self.v, self.design = system.initial, np.zeros(system.n), system.design
+        self.held, self.events, self.controls_in_time, self.open = ([], []), [], [], None
+        self.controls = np.zeros((system.k, len(self.steps) + 1))
+
+    @classmethod
+    def _of(cls, system: System, attributes: dict[str, Any]) -> Inputs:
+        made = cls.__new__(cls)
+        made.__dict__.update(system=system, **attributes)
+        return made
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in ("q", "v", "design", "controls", "steps"):
+            value = np.array(value, dtype=np.float64)
+            expected = self._expected(name)
+            if expected is not None and value.shape != expected:
+                raise InputError(f"`{name}` has the shape {value.shape}, but this system and grid need {expected}")
+            if value.ndim != (2 if name == "controls" else 1):
+                raise InputError(f"`{name}` must be {'a matrix' if name == 'controls' else 'a list of numbers'}")
+        elif name not in Inputs.__annotations__ and name != "system":
+            raise AttributeError(f"inputs have no attribute {name!r}; they have {', '.join(Inputs.__annotations__)}")
+        self.__dict__[name] = value
+
+    def _expected(self, name: str) -> tuple[int, ...] | None:
+        if name in ("q", "v"):
+            return (self.system.n,)
+        if name == "design":
+            return (len(self.system.designs),)
+        return (self.system.k, len(self.steps) + 1) if name == "controls" else None
+
+    def __setitem__(self, symbol: Symbol | str, value: ArrayLike) -> None:
+        of, i = _index(self.system, symbol)
+        getattr(self, of)[i] = value
+
+    @property
+    def times(self) -> Array:
+        """The times of the nodes, s."""
+        return self.t0 + np.concatenate([[0.0], np.cumsum(self.steps)])
+
+    def assemble(self, *hold: Coordinate) -> Inputs:
+        """Treats q and v as guesses for a start that satisfies the constraints; these coordinates and their velocities are kept."""
+        self.start = "assembled"
+        names = [x if isinstance(x, str) else x.name for x in hold]
+        self.held = (names, list(names))
+        return self
+
+    def at(self, event: Event | str, node: int) -> None:
+        """Lets an event determine a node."""
+        self.events = [*self.events, (event if isinstance(event, str) else event.name, int(node))]
+
+    def copy(self) -> Inputs:
+        """Inputs with the same values."""
+        copied = {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in self.__dict__.items() if name != "system"}
+        return Inputs._of(self.system, copied)
+
+    def no_change(self) -> Inputs:
+        """A direction with zeros, for `Solver.hessian_product`."""
+        made = self.copy()
+        made.t0 = 0.0
+        for name in ("q", "v", "design", "controls", "steps"):
+            getattr(made, name)[...] = 0.0
+        return made
+
+    def to_json(self) -> str:
+        """The inputs as JSON, by name and to the last bit."""
+        return self.system.inputs_to_json(self)
+
+    @classmethod
+    def from_json(cls, system: System, text: str) -> Inputs:
+        """Reads inputs as `to_json` writes them."""
+        return cls._of(system, system.inputs_from_json(text))
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes the inputs to a file."""
+        text = self.to_json()
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(text)
+
+    @classmethod
+    def load(cls, system: System, path: str | os.PathLike[str]) -> Inputs:
+        """Reads inputs from a file."""
+        with open(path, encoding="utf-8") as file:
+            return cls.from_json(system, file.read())
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Inputs):
+            return NotImplemented
+        of, to = self.__dict__, other.__dict__
+        return all(np.array_equal(of[name], to[name]) for name in of if name not in ("system", "held")) and self.held == other.held
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+
+    def __repr__(self) -> str:
+        return f"<inputs: {len(self.steps)} steps to t = {self.times[-1]:g} s, {self.system.k} controls, start '{self.start}'>"
+
+
+class Gradient(_ByName):
+    """J and its derivatives with respect to all inputs, in arrays of the shapes of the inputs: `gradient[force]`, `gradient[mass]`."""
+
+    value: float
+    controls: Array
+    design: Array
+    q: Array
+    v: Array
+    steps: Array
+    frozen: Gradient | None
+    warnings: list[tuple[str, str]]
+
+    def __init__(self, system: System, attributes: dict[str, Any]) -> None:
+        self.__dict__.update(attributes, system=system)
+        if attributes["frozen"] is not None:
+            self.frozen = Gradient(system, attributes["frozen"])
+
+    def __repr__(self) -> str:
+        sizes = ", ".join(f"|dJ/d{name}| ≤ {np.abs(of).max():.3g}" for name, of in self._parts().items() if of.size)
+        return f"<gradient: J = {self.value:.10g}, {sizes}>"
+
+    def _parts(self) -> dict[str, Array]:
+        return {"u": self.controls, "b": self.design, "q₀": self.q, "v₀": self.v, "Δt": self.steps}
+
+
+__all__ = ["Array", "Control", "Design", "Gradient", "Inputs", "Iterable", "System"]

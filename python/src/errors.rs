@@ -1,0 +1,84 @@
+//! Errors and warnings of the library as exceptions of Python, defined in `_errors.py`.
+
+use hamiltonian_adjoint::{Error, Warning};
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyModule;
+
+static CLASSES: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+
+/// The exception of a class with a message.
+fn exception(class: &str, message: &str) -> PyErr {
+    Python::attach(|py| {
+        let module = CLASSES.get_or_try_init(py, || py.import("hamiltonian_adjoint._errors").map(Bound::unbind));
+        let made = module.and_then(|module| module.bind(py).getattr(class)?.call1((message,)));
+        made.map_or_else(|error| error, PyErr::from_value)
+    })
+}
+
+/// The class of an error.
+fn class(error: &Error) -> &'static str {
+    use Error::*;
+    match error {
+        DuplicateName { .. }
+        | Foreign { .. }
+        | Particle { .. }
+        | ParameterFormula { .. }
+        | RepeatedCoordinate { .. }
+        | NoBody { .. }
+        | Inertia { .. }
+        | NoJoint { .. }
+        | SecondJoint { .. }
+        | CarriesGround { .. }
+        | NothingToCut { .. }
+        | NotCarried { .. }
+        | MissingInertia { .. }
+        | EmptyScene
+        | EventArguments { .. } => "SceneError",
+        File { .. } => "FileError",
+        Parameter { .. }
+        | StartKind { .. }
+        | Size { .. }
+        | NotFinite { .. }
+        | TimeStep { .. }
+        | NoSuchInput { .. }
+        | NoSuchEvent { .. }
+        | EventsInPart
+        | Memory { .. }
+        | OutOfMemory { .. } => "InputError",
+        NotInSegments { .. } | NotFree { .. } => "OptimiseError",
+        _ => "MotionError",
+    }
+}
+
+/// An error of the library.
+pub(crate) fn raised(error: Error) -> PyErr {
+    exception(class(&error), &error.to_string())
+}
+
+/// An error of a scene under construction.
+pub(crate) fn raised_by_scene(error: Error) -> PyErr {
+    match error {
+        Error::File { .. } => exception("SceneError", &error.to_string()),
+        error => raised(error),
+    }
+}
+
+/// A wrong input that the library does not see.
+pub(crate) fn wrong_input(message: &str) -> PyErr {
+    exception("InputError", message)
+}
+
+/// An error of the interface.
+pub(crate) fn busy() -> PyErr {
+    exception(
+        "Error",
+        "this solver is computing in another thread; use one solver in each thread, or `gradients` for many motions",
+    )
+}
+
+/// The kinds and messages of warnings.
+pub(crate) fn warnings<'w>(all: impl IntoIterator<Item = &'w Warning>) -> Vec<(String, String)> {
+    let kind = |warning: &Warning| format!("{warning:?}").chars().take_while(|c| c.is_ascii_alphanumeric()).collect();
+    all.into_iter().map(|warning| (kind(warning), warning.to_string())).collect()
+}

@@ -1,0 +1,31 @@
+//! The compiled part of the Python package `hamiltonian_adjoint`.
+//!
+//! Python writes the parts of a scene as JSON and formulas as text (`_scene.py`, `_expression.py`), so that whatever is built there can be stored in a scene
+//! file; this module passes them to the library, runs it without the lock of the interpreter, and returns arrays.
+
+mod check;
+mod convert;
+mod errors;
+mod optimise;
+mod scene;
+mod signals;
+mod solver;
+
+use pyo3::prelude::*;
+
+#[pymodule]
+fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add_class::<scene::Scene>()?;
+    module.add_class::<scene::System>()?;
+    module.add_class::<solver::Solver>()?;
+    module.add_class::<solver::LongSolver>()?;
+    module.add_class::<solver::Motion>()?;
+    module.add_function(wrap_pyfunction!(scene::kinds, module)?)?;
+    module.add_function(wrap_pyfunction!(scene::cart_pendulum, module)?)?;
+    module.add_function(wrap_pyfunction!(solver::gradients, module)?)?;
+    module.add_function(wrap_pyfunction!(check::check_gradient, module)?)?;
+    module.add_function(wrap_pyfunction!(check::check_function, module)?)?;
+    module.add_function(wrap_pyfunction!(optimise::minimise, module)?)?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    Ok(())
+}

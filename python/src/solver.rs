@@ -1,0 +1,288 @@
+//! Solvers, and motions as data.
+
+use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+
+use hamiltonian_adjoint as ha;
+use hamiltonian_adjoint::Error;
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyType};
+
+use crate::convert::{Given, attributes, derivatives, matrix, settings, vector};
+use crate::errors::{busy, raised, warnings};
+use crate::scene::System;
+use crate::signals::{Signals, on_all_cores};
+
+/// A solver behind a lock, and the signals that stop it.
+struct Guarded<T> {
+    solver: Mutex<T>,
+    signals: Signals,
+}
+
+impl<T: Send> Guarded<T> {
+    fn lock(&self) -> PyResult<MutexGuard<'_, T>> {
+        match self.solver.try_lock() {
+            Ok(solver) => Ok(solver),
+            // A solver begins every motion anew.
+            Err(TryLockError::Poisoned(poisoned)) => Ok(poisoned.into_inner()),
+            Err(TryLockError::WouldBlock) => Err(busy()),
+        }
+    }
+
+    /// Computes without the lock of the interpreter.
+    fn run<R: Send>(&self, py: Python<'_>, compute: impl FnOnce(&mut T) -> Result<R, Error> + Send) -> PyResult<R> {
+        let mut solver = self.lock()?;
+        let solver = &mut *solver;
+        let result = py.detach(|| compute(solver));
+        self.signals.take()?;
+        result.map_err(raised)
+    }
+}
+
+/// A solver of one system for many inputs.
+#[pyclass(frozen, module = "hamiltonian_adjoint._hamiltonian_adjoint")]
+pub(crate) struct Solver(Guarded<ha::Solver>);
+
+#[pymethods]
+impl Solver {
+    #[new]
+    #[pyo3(signature = (system, **keywords))]
+    fn new(system: &System, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let signals = Signals::default();
+        let mut solver = ha::Solver::new(&system.system, settings(keywords)?);
+        let mut watch = signals.watcher();
+        solver.watch(move |_| watch());
+        Ok(Solver(Guarded { solver: Mutex::new(solver), signals }))
+    }
+
+    fn simulate(&self, py: Python<'_>, system: Py<System>, inputs: Given<'_>) -> PyResult<Motion> {
+        let inputs = inputs.inputs(&system.get().system)?;
+        self.0.run(py, |solver| solver.simulate(&inputs).map(drop))?;
+        self.motion(system)
+    }
+
+    /// The last motion, up to a failed step.
+    fn motion(&self, system: Py<System>) -> PyResult<Motion> {
+        let solver = self.0.lock()?;
+        let data = Data { inputs: solver.inputs().clone(), trajectory: solver.trajectory().clone() };
+        Ok(Motion { system, data: Arc::new(data) })
+    }
+
+    /// J and its derivatives for inputs.
+    fn solve<'py>(&self, py: Python<'py>, system: &System, inputs: Given<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let inputs = inputs.inputs(&system.system)?;
+        let gradient = self.0.run(py, |solver| {
+            solver.simulate(&inputs)?;
+            solver.gradient().cloned()
+        })?;
+        derivatives(py, &gradient)
+    }
+
+    /// J and its derivatives for the last motion.
+    fn gradient<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.0.run(py, |solver| solver.gradient().cloned()).and_then(|of| derivatives(py, &of))
+    }
+
+    fn weighted_gradient<'py>(&self, py: Python<'py>, cost: f64, outputs: Vec<f64>) -> PyResult<Bound<'py, PyDict>> {
+        self.0.run(py, |solver| solver.weighted_gradient(cost, &outputs).cloned()).and_then(|of| derivatives(py, &of))
+    }
+
+    fn jacobian<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        self.0.run(py, |solver| solver.jacobian())?.iter().map(|of| derivatives(py, of)).collect()
+    }
+
+    fn hessian_product<'py>(&self, py: Python<'py>, system: &System, of: Given<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let direction = of.inputs(&system.system)?;
+        self.0.run(py, |solver| solver.hessian_product(&direction).cloned()).and_then(|of| derivatives(py, &of))
+    }
+
+    fn cost(&self, py: Python<'_>) -> PyResult<f64> {
+        self.0.run(py, |solver| solver.cost())
+    }
+
+    fn outputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        self.0.run(py, |solver| solver.outputs()).map(|outputs| vector(py, outputs.as_slice()))
+    }
+
+    /// Inputs on an adaptive grid, with an assembled start, or with events.
+    #[pyo3(signature = (system, inputs, way, number))]
+    fn prepared<'py>(
+        &self,
+        py: Python<'py>,
+        system: &System,
+        inputs: Given<'py>,
+        way: &str,
+        number: f64,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let inputs = inputs.inputs(&system.system)?;
+        let prepared = self.0.run(py, |solver| match way {
+            "adapt" => solver.adapt(&inputs, number),
+            "find phases" => solver.find_phases(&inputs, number as usize),
+            _ => solver.assemble(&inputs),
+        })?;
+        attributes(py, &system.system, &prepared)
+    }
+
+    /// Reports of the last motion and of the last backward sweep.
+    fn report(&self) -> PyResult<(String, String)> {
+        let solver = self.0.lock()?;
+        Ok((solver.report().to_string(), solver.adjoint_report().to_string()))
+    }
+
+    fn warnings(&self) -> PyResult<Vec<(String, String)>> {
+        Ok(warnings(&self.0.lock()?.report().warnings))
+    }
+}
+
+/// A solver of motions that do not fit into memory.
+#[pyclass(frozen, module = "hamiltonian_adjoint._hamiltonian_adjoint")]
+pub(crate) struct LongSolver(Guarded<ha::LongSolver>);
+
+#[pymethods]
+impl LongSolver {
+    #[new]
+    #[pyo3(signature = (system, bytes, **keywords))]
+    fn new(system: &System, bytes: usize, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let signals = Signals::default();
+        let mut solver = ha::LongSolver::new(&system.system, settings(keywords)?, bytes);
+        let mut watch = signals.watcher();
+        solver.watch(move |_| watch());
+        Ok(LongSolver(Guarded { solver: Mutex::new(solver), signals }))
+    }
+
+    fn solve<'py>(&self, py: Python<'py>, system: &System, inputs: Given<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let inputs = inputs.inputs(&system.system)?;
+        self.0.run(py, |solver| solver.gradient(&inputs).cloned()).and_then(|of| derivatives(py, &of))
+    }
+
+    fn jacobian<'py>(&self, py: Python<'py>, system: &System, of: Given<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        let inputs = of.inputs(&system.system)?;
+        self.0.run(py, |solver| solver.jacobian(&inputs))?.iter().map(|of| derivatives(py, of)).collect()
+    }
+}
+
+/// J and its derivatives for each of many inputs, on all cores; for a motion that fails, its exception.
+#[pyfunction]
+#[pyo3(signature = (system, inputs, **keywords))]
+pub(crate) fn gradients<'py>(
+    py: Python<'py>,
+    system: &System,
+    inputs: Vec<Given<'py>>,
+    keywords: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Vec<Bound<'py, PyAny>>> {
+    let (system, settings) = (&system.system, settings(keywords)?);
+    let inputs = inputs.iter().map(|inputs| inputs.inputs(system)).collect::<PyResult<Vec<_>>>()?;
+    let worker = |stop: Arc<std::sync::atomic::AtomicBool>| {
+        let mut solver = ha::Solver::new(system, settings);
+        solver.watch(move |_| match stop.load(std::sync::atomic::Ordering::Relaxed) {
+            true => std::ops::ControlFlow::Break(()),
+            false => std::ops::ControlFlow::Continue(()),
+        });
+        solver
+    };
+    let work = |solver: &mut ha::Solver, inputs: &ha::Inputs| {
+        solver.simulate(inputs)?;
+        solver.gradient().cloned()
+    };
+    let done = on_all_cores(py, &inputs, worker, work)?;
+    let each = |of: Result<ha::Gradient, Error>| match of {
+        Ok(of) => derivatives(py, &of).map(Bound::into_any),
+        Err(error) => Ok(raised(error).into_value(py).into_bound(py).into_any()),
+    };
+    done.into_iter().map(each).collect()
+}
+
+/// A motion with its inputs.
+#[pyclass(frozen, module = "hamiltonian_adjoint._hamiltonian_adjoint")]
+pub(crate) struct Motion {
+    system: Py<System>,
+    data: Arc<Data>,
+}
+
+struct Data {
+    inputs: ha::Inputs,
+    trajectory: ha::Trajectory,
+}
+
+impl Motion {
+    fn system(&self) -> &ha::System {
+        &self.system.get().system
+    }
+}
+
+#[pymethods]
+impl Motion {
+    /// The number of computed nodes.
+    #[getter]
+    fn computed(&self) -> usize {
+        self.data.trajectory.computed
+    }
+
+    /// The numbers of the nodes that halved steps inserted.
+    #[getter]
+    fn inserted(&self) -> Vec<usize> {
+        self.data.trajectory.inserted.clone()
+    }
+
+    #[getter]
+    fn times<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.data.trajectory.times[..self.computed()])
+    }
+
+    /// A matrix with one column for each computed node.
+    fn matrix<'py>(&self, py: Python<'py>, which: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let Data { inputs, trajectory } = &*self.data;
+        let of = match which {
+            "q" => &trajectory.q,
+            "v" => &trajectory.v,
+            "p" => &trajectory.p_star,
+            "p_dot" => &trajectory.p_star_dot,
+            "sigma" => &trajectory.sigma,
+            _ => &inputs.controls,
+        };
+        matrix(py, of, self.computed())
+    }
+
+    /// Φ or dΦ/dt at all nodes.
+    fn constraints<'py>(&self, py: Python<'py>, rate: bool) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let Data { inputs, trajectory } = &*self.data;
+        let of = if rate { ha::Trajectory::phi_dot } else { ha::Trajectory::phi };
+        let all = of(trajectory, self.system(), inputs).map_err(raised)?;
+        matrix(py, &all, self.computed())
+    }
+
+    fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        attributes(py, self.system(), &self.data.inputs)
+    }
+
+    fn to_csv(&self) -> PyResult<String> {
+        self.data.trajectory.to_csv(self.system(), &self.data.inputs).map_err(raised)
+    }
+
+    /// The motion as JSON, and its inputs.
+    fn to_json(&self) -> PyResult<(String, String)> {
+        let Data { inputs, trajectory } = &*self.data;
+        let motion = trajectory.to_json(self.system()).map_err(raised)?;
+        Ok((motion, inputs.to_json(self.system()).map_err(raised)?))
+    }
+
+    #[classmethod]
+    fn from_json(_class: &Bound<'_, PyType>, system: Py<System>, motion: &str, inputs: &str) -> PyResult<Self> {
+        let of = &system.get().system;
+        let trajectory = ha::Trajectory::from_json(of, motion).map_err(raised)?;
+        let data = Data { inputs: ha::Inputs::from_json(of, inputs).map_err(raised)?, trajectory };
+        Ok(Motion { system, data: Arc::new(data) })
+    }
+
+    /// A page that plays the motion, or its picture at a time.
+    #[pyo3(signature = (title, time=None))]
+    fn picture(&self, py: Python<'_>, title: &str, time: Option<f64>) -> PyResult<String> {
+        let Data { inputs, trajectory } = &*self.data;
+        let system = self.system();
+        py.detach(|| {
+            let animation = ha::Animation::new(system, inputs, trajectory)?.title(title);
+            Ok(time.map_or_else(|| animation.html(), |time| animation.svg(time)))
+        })
+        .map_err(raised)
+    }
+}

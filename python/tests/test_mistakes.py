@@ -1,0 +1,161 @@
+"""What people type wrong, and what they are told."""
+
+import math
+import re
+
+import hamiltonian_adjoint as ha
+import numpy as np
+import pytest
+
+
+class Given:
+    """A scene with a body, a particle, a control and a design variable."""
+
+    def __init__(self):
+        self.s = self.scene = ha.Scene()
+        self.cart = self.scene.coordinates("cart", ["x"])
+        self.x = self.cart.x
+        self.rod = self.scene.body("rod", 1.0, 0.1)
+        self.ball = self.scene.particle("ball", 1.0)
+        self.force = self.scene.control("force")
+        self.m = self.scene.design("mass", 2.0)
+        self.other = ha.Scene()
+        self.foreign = self.other.coordinates("other", ["x"]).x
+        self.scene.kinetic_energy("motion of the cart", self.m * self.x.v**2)
+
+    @property
+    def system(self):
+        return self.scene.compile()
+
+    @property
+    def inputs(self):
+        return self.system.at_rest(10, 0.01)
+
+
+def branch(g):
+    if g.x > 0:
+        return g.x
+
+
+MISTAKES = [
+    (lambda g: math.sin(g.x), TypeError, "use functions of numpy, such as numpy.sin(x)"),
+    (lambda g: float(g.x * 2), TypeError, "cart.x * 2 has no value while the formula is written"),
+    (lambda g: branch(g), TypeError, "write `where(x < y, a, b)`"),
+    (lambda g: 0 < g.x < 1, TypeError, "chain of comparisons"),
+    (lambda g: g.x > 0 and g.x < 1, TypeError, "`and`"),
+    (lambda g: not g.x, TypeError, "`not`"),
+    (lambda g: max(g.x, 0.0), TypeError, "`maximum(x, y)`"),
+    (lambda g: np.where(g.x > 0, 1.0, 2.0), TypeError, "write `where(x < y, a, b)`"),
+    (lambda g: g.x == 0, TypeError, "`==` of an expression is not known"),
+    (lambda g: ha.where(g.x, 1.0, 2.0), TypeError, "must be a comparison such as `x < y`"),
+    (lambda g: np.heaviside(g.x, 0.0), TypeError, "numpy.heaviside has no formula"),
+    (lambda g: np.add.reduce(g.x), TypeError, "make an array of them"),
+    (lambda g: g.x + "1", TypeError, "unsupported operand"),
+    (lambda g: g.x * math.nan, ValueError, "numbers must be finite"),
+    (lambda g: (-2.0) ** g.x, ValueError, "must be positive"),
+    (lambda g: g.s.kinetic_energy(0.5 * g.x.v**2, "T"), TypeError, "the first argument is the name of the part"),
+    (lambda g: g.s.kinetic_energy("T", g.x.a**2), ha.SceneError, "reads `cart.x.a`, but such a formula may read coordinates, velocities"),
+    (lambda g: g.s.force("F", {g.x: g.x.p}), ha.SceneError, "reads `cart.x.p`"),
+    (lambda g: g.s.force("F", {g.x.v: 1.0}), TypeError, "keys of its formulas must be coordinates"),
+    (lambda g: g.s.force("F", [1.0, 2.0], q=[g.x]), ha.SceneError, "2 components; 1 are expected"),
+    (lambda g: g.s.force("F", {g.x: 1.0}, q=[g.x]), TypeError, "`q` is not needed"),
+    (lambda g: g.s.cost("J", g.foreign**2, sum="terminal"), ha.SceneError, "belongs to another scene"),
+    (lambda g: g.s.cost("J", g.x**2), TypeError, "sum"),
+    (lambda g: g.s.cost("J", g.x**2, sum="mean"), ha.SceneError, "'mean' is not one of the sums plain"),
+    (lambda g: g.s.cost("J", [g.x, g.x], sum="terminal"), ha.SceneError, "must be a single formula"),
+    (lambda g: g.s.cost("J", lambda at: at.q[0] > 1, q=[g.x], sum="plain"), TypeError, "cost `J`: cart.x > 1 is not part of a formula"),
+    (lambda g: g.s.cost("J", lambda at: None, sum="plain"), TypeError, "None is not part of a formula"),
+    (lambda g: g.s.output("J", g.x), TypeError, "the sum of its formula is missing"),
+    (lambda g: g.s.revolute("hinge", g.rod, g.rod.at(1, 0)), TypeError, "`a` must be a point, such as rod.at(0.5, 0)"),
+    (lambda g: g.s.joint_friction("f", g.rod.at(0, 0), ha.GROUND, damping=1), TypeError, "`a` must be a body or GROUND"),
+    (lambda g: g.s.revolute("hinge", g.rod.at(1, 0)), TypeError, "missing 1 required positional argument: 'b'"),
+    (lambda g: g.s.distance("d", g.rod.at(0, 0), g.ball, lenght=1), TypeError, "unexpected keyword argument 'lenght'"),
+    (lambda g: g.s.body("b", g.x, 1.0), ha.SceneError, "`cart.x` changes during the motion"),
+    (lambda g: g.s.torque_actuator("t", ha.GROUND, g.rod, torque=3.0), TypeError, "`torque` must be a control"),
+    (lambda g: g.s.applied_force("f", g.ball, direction=0, motion=3), TypeError, "constant(…), constant_speed(…) or harmonic(…)"),
+    (lambda g: g.s.coordinates("g", ["a", "b"], [1.0]), ha.SceneError, "1 initial values for 2 coordinates"),
+    (lambda g: g.s.place("cart.y", 1.0), ha.SceneError, "no coordinate `cart.y`"),
+    (lambda g: g.s.design("a`b", 1.0), ha.SceneError, "must not contain a backtick"),
+    (lambda g: g.cart.y, AttributeError, "the coordinates are cart.x"),
+    (lambda g: g.s["cart.z"], KeyError, "the scene has no part with the name `cart.z`"),
+    (lambda g: (g.s.control("force"), g.s.compile()), ha.SceneError, "more than one control has the name `force`"),
+    (lambda g: ha.Scene().compile(), ha.SceneError, "coordinates"),
+    (lambda g: g.s.body("b", -1.0, 1.0) and g.s.compile(), ha.Error, "the mass of `b`"),
+    (lambda g: g.system.at_rest(100), TypeError, "at_rest(100, 0.01)"),
+    (lambda g: g.system.at_rest(-1, 0.1), ha.InputError, "must not be negative"),
+    (lambda g: ha.Inputs(g.scene, 100, 0.1), TypeError, "scene.compile()"),
+    (lambda g: setattr(g.inputs, "controls", np.zeros(11)), ha.InputError, "has the shape (11,), but this system and grid need (1, 11)"),
+    (lambda g: setattr(g.inputs, "control", 1.0), AttributeError, "inputs have no attribute 'control'"),
+    (lambda g: g.inputs[g.x.a], TypeError, "inputs are chosen by a control"),
+    (lambda g: g.inputs["forces"], KeyError, "no input has the name `forces`"),
+    (lambda g: ha.gradient(g.system, 10.0), TypeError, "system.at_rest(100, 0.01)"),
+    (lambda g: ha.gradient(g.scene, g.inputs), TypeError, "a system such as scene.compile() is expected"),
+    (lambda g: ha.gradient(g.system, g.inputs, tolerence=1e-9), TypeError, "there is no setting `tolerence`"),
+    (lambda g: ha.gradient(g.system, g.inputs, scheme="euler"), ha.InputError, "the schemes are 'trapezoidal rule', 'TR-BDF2'"),
+    (lambda g: ha.gradient(g.system, ha.cart_pendulum(1).compile().at_rest(3, 0.1)), ha.InputError, "belong to another system"),
+    (lambda g: ha.Solver(g.system).gradient(), ha.MotionError, "call `simulate` first"),
+    (lambda g: ha.Scene.from_json("{"), ha.FileError, "line 1, column"),
+    (lambda g: ha.Scene.from_json("{}"), ha.FileError, "is missing"),
+    (lambda g: setattr(g.inputs, "q", [1.0]), ha.InputError, "`q` has the shape (1,)"),
+]
+
+
+@pytest.mark.parametrize("number", range(len(MISTAKES)))
+def test_mistake(number):
+    make, kind, message = MISTAKES[number]
+    with pytest.raises(kind, match=re.escape(message)) as error:
+        make(Given())
+    assert "panic" not in str(error.value).lower()
+
+
+def test_there_are_many():
+    assert len(MISTAKES) >= 25
+
+
+def test_a_refused_part_leaves_the_scene_as_it_was():
+    scene = Given().scene
+    before = scene.to_json()
+    with pytest.raises(ha.SceneError):
+        scene._add("force", "drag", q=["cart.x"], formula="nothing * 2")
+    assert scene.to_json() == before
+    scene.compile()
+
+
+def test_errors_have_a_common_base():
+    for kind in (ha.SceneError, ha.FileError, ha.InputError, ha.MotionError, ha.OptimiseError):
+        assert issubclass(kind, ha.Error)
+    assert issubclass(ha.SceneError, ValueError) and issubclass(ha.MotionError, ArithmeticError)
+
+
+def test_motions_that_fail():
+    scene = ha.Scene()
+    x = scene.coordinates("ball", ["x"], [1.0]).x
+    scene.kinetic_energy("motion", 0.5 * x.v**2)
+    scene.force("push", {x: 1.0 / (x - 1.0)})
+    system = scene.compile()
+    with pytest.raises(ha.MotionError, match="`push`"):
+        ha.simulate(system, system.at_rest(10, 0.1))
+    good = system.at_rest(10, 0.1)
+    good[x] = 3.0
+    solver = ha.Solver(system)
+    with pytest.raises(ha.MotionError):
+        solver.simulate(system.at_rest(10, 0.1))
+    assert solver.motion.computed == 0
+    assert solver.simulate(good).computed == 11
+    first, second = ha.gradients(system, [system.at_rest(10, 0.1), good], errors="return")
+    assert isinstance(first, ha.MotionError) and second.value == 0.0
+    with pytest.raises(ha.MotionError):
+        ha.gradients(system, [good, system.at_rest(10, 0.1)])
+
+
+def test_warnings_have_kinds():
+    scene = ha.Scene()
+    arm = scene.design("arm", 1.0)
+    bob = scene.particle("bob", 1.0, (1.0, 0.0))
+    scene.distance("rope", ha.GROUND.at(0, 0), bob, length=arm)
+    scene.cost("end", bob.x**2, sum="terminal")
+    system = scene.compile()
+    with pytest.warns(ha.MotionWarning, match="arm") as found:
+        ha.gradient(system, system.at_rest(5, 0.01))
+    assert [warning.category.__name__ for warning in found] == ["GivenStart"]
+    assert found[0].filename == __file__

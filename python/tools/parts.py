@@ -1,0 +1,117 @@
+"""Writes `hamiltonian_adjoint/_parts.py`: a method for each kind of ready-made parts that the library lists."""
+
+from __future__ import annotations
+
+import pathlib
+
+from hamiltonian_adjoint import _hamiltonian_adjoint as core
+
+FILE = pathlib.Path(__file__).parent.parent / "hamiltonian_adjoint" / "_parts.py"
+
+# Units of numbers that have the same one in all kinds; those of other numbers depend on the kind.
+UNITS = {
+    "axis": "rad",
+    "angle": "rad",
+    "direction": "rad",
+    "normal": "rad",
+    "free_angle": "rad",
+    "length": "m",
+    "free_length": "m",
+    "radius": "m",
+    "radius_a": "m",
+    "radius_b": "m",
+    "width": "m",
+    "torque": "N m",
+    "force": "N",
+    "stiffness_x": "N/m",
+    "stiffness_y": "N/m",
+    "stiffness_angle": "N m/rad",
+    "damping_x": "N s/m",
+    "damping_y": "N s/m",
+    "damping_angle": "N m s/rad",
+}
+
+HEAD = '''"""Ready-made parts of a scene. Written by `tools/parts.py`; a test asserts that it is up to date."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ._handles import Control, Coordinate, Equation, Event, Frame, Ground, Joint, Marker, Number, Output, Particle, Point, SpaceBody, Vector
+
+
+class Motion1D:
+    """A function of time for driven parts."""
+
+    def __init__(self, kind: str, *parameters: Number) -> None:
+        self.kind, self.parameters = kind, parameters
+
+
+class Parts:
+    """Methods that add ready-made parts. Most return the equations of the part, none if it is no constraint."""
+
+    def _ready(self, kind: str, name: str | Event, given: dict[str, Any]) -> Any:
+        raise NotImplementedError
+'''
+
+
+def method_name(kind: str) -> str:
+    """The name of the method that adds a part of a kind."""
+    return kind.lower().replace(" and ", " ").replace(" ", "_").replace("-", "_")
+
+
+# Kinds that `Scene` has methods of its own for.
+OTHERS = {"body", "particle", "coordinates", "initial value", "control", "design variable", "gravity", "effort", "time", "end state", "reading"}
+OTHERS |= {"kinetic energy", "potential energy", "force", "constraint", "cost", "term", "event", "output"}
+# The types of entries by their content.
+TYPES = {
+    "a point of a body in the plane, of a particle or of the ground": "Point | Particle",
+    "a body in the plane, a particle or the ground": "Frame",
+    "a marker of a body in space or of the ground": "Marker | SpaceBody | Ground",
+    "a body in space": "SpaceBody",
+    "a number or formula": "Number",
+    "the name of a control": "Control",
+    "the name of a function of time": "Motion1D",
+    "the name of a coordinate": "Coordinate",
+    "the name of a coordinate, or a list of coordinates with factors": "Coordinate | Mapping[Coordinate, Number]",
+    "the name of a constraint equation": "Equation",
+    "names of constraint equations": "Iterable[Equation]",
+    "the name of a rule of summation, or the number of a node or an event": "str | dict[str, int]",
+    "0, 1, 2 …": "int",
+    "true or false": "bool",
+    "the name of a quantity of a marker": "str",
+}
+RETURNS = {"body in space": "SpaceBody", "planar body": "SpaceBody", "reaction event": "Event", "event time": "Output", "event impulse": "Output"}
+
+
+def method(kind: tuple[str, list[tuple[str, str, bool]]]) -> str:
+    title, all_entries = kind
+    # An event that parts belong to comes first, in place of a name.
+    of_event = any(name == "name" for name, *_ in all_entries)
+    entries = [of for of in all_entries if of[0] not in ("parameters", "name")]
+    # What a part acts on comes before its numbers, and what may be missing last.
+    entries.sort(key=lambda of: (of[2], "list of coordinates" not in of[1]))
+    arguments = [
+        f"{name}: {TYPES.get(content, 'Vector')}" + (" | None = None" if is_optional else "") for name, content, is_optional in entries
+    ]
+    units = ", ".join(f"{name} in {UNITS[name]}" for name, content, _ in entries if content == "a number or formula" and name in UNITS)
+    text = f"Adds a part of the kind '{title}'." + (f" Units: {units}." if units else "")
+    first = "event: Event" if of_event else "name: str"
+    given = ", ".join(f'"{name}": {name}' for name, *_ in entries)
+    head = f"def {method_name(title)}(self, {', '.join([first, *arguments])}) -> {RETURNS.get(title, 'Joint')}:"
+    if len(head) > 150:
+        head = f"def {method_name(title)}(\n        self,\n" + "".join(f"        {of},\n" for of in [first, *arguments]) + f"    ) -> {RETURNS.get(title, 'Joint')}:"
+    return f'''
+    {head}
+        """{text}"""
+        return self._ready("{title}", {"event" if of_event else "name"}, {{{given}}})
+'''
+
+
+def text() -> str:
+    return HEAD + "".join(method(kind) for kind in core.kinds() if kind[0] not in OTHERS)
+
+
+if __name__ == "__main__":
+    FILE.write_text(text(), encoding="utf-8")
