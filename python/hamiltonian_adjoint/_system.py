@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from . import _hamiltonian_adjoint as _core
 from ._errors import InputError
 from ._expression import Symbol
-from ._handles import Control, Coordinate, Design, Event
+from ._handles import Coordinate, Event
 from ._scene import Scene
 
 Array = NDArray[np.float64]
@@ -227,5 +226,3 @@ class Gradient(_ByName):
     def _parts(self) -> dict[str, Array]:
         return {"u": self.controls, "b": self.design, "q₀": self.q, "v₀": self.v, "Δt": self.steps}
 
-
-__all__ = ["Array", "Control", "Design", "Gradient", "Inputs", "Iterable", "System"]

@@ -99,9 +99,11 @@ def method(kind: tuple[str, list[tuple[str, str, bool]]]) -> str:
     text = f"Adds a part of the kind '{title}'." + (f" Units: {units}." if units else "")
     first = "event: Event" if of_event else "name: str"
     given = ", ".join(f'"{name}": {name}' for name, *_ in entries)
-    head = f"def {method_name(title)}(self, {', '.join([first, *arguments])}) -> {RETURNS.get(title, 'Joint')}:"
+    result, all_arguments = RETURNS.get(title, "Joint"), [first, *arguments]
+    head = f"def {method_name(title)}(self, {', '.join(all_arguments)}) -> {result}:"
     if len(head) > 150:
-        head = f"def {method_name(title)}(\n        self,\n" + "".join(f"        {of},\n" for of in [first, *arguments]) + f"    ) -> {RETURNS.get(title, 'Joint')}:"
+        lines = "".join(f"        {of},\n" for of in ["self", *all_arguments])
+        head = f"def {method_name(title)}(\n{lines}    ) -> {result}:"
     return f'''
     {head}
         """{text}"""
