@@ -114,7 +114,7 @@ pub use animation::Animation;
 pub use error::Error;
 pub use estimate::{Derivative, Estimate, Withdrawn, estimate};
 #[cfg(feature = "files")]
-pub use files::{Finished, PartEntry, PartKind, SceneFile, Study, Table};
+pub use files::{Finished, PartEntry, PartKind, SceneFile, Study, Table, TextFunction};
 pub use model::element::{
     self, Constraint, Cost, CostPoint, Force, ForcePoint, KineticEnergy, ListConstraint, ListCost, ListForce,
     ListForcePoint, ListKineticEnergy, ListPoint, ListPotentialEnergy, ParameterFormula, PotentialEnergy, Sum,

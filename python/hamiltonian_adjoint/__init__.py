@@ -23,6 +23,7 @@ from ._errors import Error, FileError, InputError, MotionError, MotionWarning, O
 from ._expression import Condition, Expression, Symbol, maximum, minimum, t, where
 from ._hamiltonian_adjoint import __version__
 from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event, Group, Joint, Marker, Output, Particle, Point, SpaceBody
+from ._objective import Objective
 from ._optimise import Free, Iterate, Optimum, free, minimise, step_length
 from ._scene import Scene, after_event, at_event, cart_pendulum, constant, constant_speed, harmonic, node
 from ._solver import LongSolver, Motion, Solver, gradient, gradients, simulate
@@ -52,6 +53,7 @@ __all__ = [
     "Motion",
     "MotionError",
     "MotionWarning",
+    "Objective",
     "OptimiseError",
     "Optimum",
     "Output",

@@ -3,7 +3,8 @@
 use std::cell::RefCell;
 use std::time::Duration;
 
-use hamiltonian_adjoint::check::{self, TextFunction, Verdict};
+use hamiltonian_adjoint::TextFunction;
+use hamiltonian_adjoint::check::{self, Verdict};
 use nalgebra::DMatrix;
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;

@@ -51,8 +51,6 @@ mod step;
 mod worksheet;
 
 #[cfg(feature = "files")]
-pub use crate::files::TextFunction;
-#[cfg(feature = "files")]
 pub use arguments::Arguments;
 pub use derivative::{Input, central_differences, complex_step, tangent};
 pub use direct::{Sensitivity, direct_differentiation};

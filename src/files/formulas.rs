@@ -85,7 +85,7 @@ impl Formula<'_> {
 /// [`check::function`](crate::check::function).
 ///
 /// ```
-/// use hamiltonian_adjoint::check::{self, TextFunction};
+/// use hamiltonian_adjoint::{TextFunction, check};
 ///
 /// let polar = TextFunction::read(&["cos(x[1])", "sin(x[1])"], &["x[0] * $1", "x[0] * $2"], 2)?;
 /// let hand = |x: &[f64]| [[x[1].cos(), -x[0] * x[1].sin()], [x[1].sin(), x[0] * x[1].cos()]];
