@@ -1,4 +1,7 @@
+import faulthandler
 import pathlib
 import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent))
+# A computation that waits for ever fails.
+faulthandler.dump_traceback_later(300, exit=True)
