@@ -85,31 +85,25 @@ class Objective:
             value, slope = self(x)
             return np.float64(value), slope
 
-        @jax.custom_vjp
-        def function(x: Any) -> Any:
-            return jax.pure_callback(computed, both, x, vmap_method="sequential")[0]
+        def forward(x: Any) -> Any:
+            return jax.pure_callback(computed, both, x, vmap_method="sequential")
 
-        function.defvjp(
-            lambda x: jax.pure_callback(computed, both, x, vmap_method="sequential"),
-            lambda slope, factor: (factor * slope,),
-        )
+        function: Any = jax.custom_vjp(lambda x: forward(x)[0])
+        function.defvjp(forward, lambda slope, factor: (factor * slope,))
         return function
 
     def for_torch(self) -> Any:
         """J as a function of a PyTorch tensor of doubles, with its derivative."""
         import torch
 
-        of = self
+        def forward(context: Any, x: Any) -> Any:
+            value, slope = self(x.detach().cpu().numpy())
+            context.save_for_backward(torch.as_tensor(slope, dtype=x.dtype, device=x.device))
+            return x.new_tensor(value)
 
-        class Function(torch.autograd.Function):
-            @staticmethod
-            def forward(ctx: Any, x: Any) -> Any:
-                value, slope = of(x.detach().cpu().numpy())
-                ctx.save_for_backward(torch.as_tensor(slope, dtype=x.dtype, device=x.device))
-                return x.new_tensor(value)
+        def backward(context: Any, factor: Any) -> Any:
+            return factor * context.saved_tensors[0]
 
-            @staticmethod
-            def backward(ctx: Any, factor: Any) -> Any:
-                return factor * ctx.saved_tensors[0]
-
-        return Function.apply
+        functions = {"forward": staticmethod(forward), "backward": staticmethod(backward)}
+        made: Any = type("Function", (torch.autograd.Function,), functions)
+        return made.apply
