@@ -255,7 +255,7 @@ fn mistakes_in_formulas_are_named_with_their_place() {
 
 #[test]
 fn functions_as_text_are_checked() {
-    let read = |parts: &[&str], results: &[&str]| check::TextFunction::read(parts, results, 2);
+    let read = |parts: &[&str], results: &[&str]| hamiltonian_adjoint::TextFunction::read(parts, results, 2);
     let product = read(&["x[0] * x[1]"], &["$1", "sin($1)"]).expect("a function");
     let names = (["a", "b"], ["y", "z"]);
     let hand = |x: &[f64], factor: f64| {
