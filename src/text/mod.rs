@@ -11,19 +11,17 @@ mod writer;
 pub(crate) use reader::{Mistake, Name, Reader};
 pub(crate) use writer::{Parts, Text, quoted, write};
 
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
 use crate::Scalar;
 use crate::program::{Function, Graph, Node, Symbol};
 
 /// The value of a part of a formula that is read: a parameter, or a symbol that records the formula.
-pub(crate) trait Term: Copy {
-    fn number(x: f64) -> Self;
+pub(crate) trait Term:
+    Copy + From<f64> + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
+{
     /// Its value if it is a constant.
     fn constant(self) -> Option<f64>;
-    fn plus(self, other: Self) -> Self;
-    fn minus(self, other: Self) -> Self;
-    fn times(self, other: Self) -> Self;
-    fn over(self, other: Self) -> Self;
-    fn negative(self) -> Self;
     /// xⁿ for an integer n.
     fn integer_power(self, n: i32) -> Self;
     /// xⁿ.
@@ -34,32 +32,14 @@ pub(crate) trait Term: Copy {
     /// x if `self` < `other`, and y otherwise.
     fn if_less(self, other: Self, x: Self, y: Self) -> Self {
         let less = self.of_two(OfTwo::Less, other);
-        let not_less = Self::number(1.0).minus(less);
-        less.of_two(OfTwo::Where, x).plus(not_less.of_two(OfTwo::Where, y))
+        let not_less = Self::from(1.0) - less;
+        less.of_two(OfTwo::Where, x) + not_less.of_two(OfTwo::Where, y)
     }
 }
 
 impl Term for Symbol {
-    fn number(x: f64) -> Self {
-        Symbol::from(x)
-    }
     fn constant(self) -> Option<f64> {
         Symbol::constant(self)
-    }
-    fn plus(self, other: Self) -> Self {
-        self + other
-    }
-    fn minus(self, other: Self) -> Self {
-        self - other
-    }
-    fn times(self, other: Self) -> Self {
-        self * other
-    }
-    fn over(self, other: Self) -> Self {
-        self / other
-    }
-    fn negative(self) -> Self {
-        -self
     }
     fn integer_power(self, n: i32) -> Self {
         self.powi(n)

@@ -90,9 +90,9 @@ impl<'a, T: Term> Reader<'a, T> {
         let mut sum = self.product()?;
         loop {
             if self.take('+') {
-                sum = sum.plus(self.product()?);
+                sum = sum + self.product()?;
             } else if self.take('-') {
-                sum = sum.minus(self.product()?);
+                sum = sum - self.product()?;
             } else {
                 return Ok(sum);
             }
@@ -103,9 +103,9 @@ impl<'a, T: Term> Reader<'a, T> {
         let mut product = self.signed()?;
         loop {
             if self.take('*') {
-                product = product.times(self.signed()?);
+                product = product * self.signed()?;
             } else if self.take('/') {
-                product = product.over(self.signed()?);
+                product = product / self.signed()?;
             } else {
                 return Ok(product);
             }
@@ -119,7 +119,7 @@ impl<'a, T: Term> Reader<'a, T> {
             is_negative = !is_negative;
         }
         let power = self.power()?;
-        Ok(if is_negative { power.negative() } else { power })
+        Ok(if is_negative { -power } else { power })
     }
 
     fn power(&mut self) -> Read<T> {
@@ -129,7 +129,7 @@ impl<'a, T: Term> Reader<'a, T> {
         }
         let is_negative = self.take('-');
         let n = self.whole()?;
-        let n = self.exponent(if is_negative { n.negative() } else { n })?;
+        let n = self.exponent(if is_negative { -n } else { n })?;
         // The conversion is exact: the bounds ±i32::MAX are representable in both types.
         let is_integer = n.fract() == 0.0 && n.abs() <= f64::from(i32::MAX);
         Ok(if is_integer { base.integer_power(n as i32) } else { base.power(n) })
@@ -200,7 +200,7 @@ impl<'a, T: Term> Reader<'a, T> {
         match rest[..length].parse::<f64>() {
             Ok(number) if number.is_finite() => {
                 self.at += length;
-                Ok(T::number(number))
+                Ok(number.into())
             }
             _ => Err(self.wrong("this is not a finite number")),
         }

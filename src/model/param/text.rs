@@ -46,26 +46,8 @@ impl Param {
 }
 
 impl Term for Param {
-    fn number(x: f64) -> Self {
-        x.into()
-    }
     fn constant(self) -> Option<f64> {
         Param::constant(&self)
-    }
-    fn plus(self, other: Self) -> Self {
-        self + other
-    }
-    fn minus(self, other: Self) -> Self {
-        self - other
-    }
-    fn times(self, other: Self) -> Self {
-        self * other
-    }
-    fn over(self, other: Self) -> Self {
-        self / other
-    }
-    fn negative(self) -> Self {
-        -self
     }
     fn integer_power(self, n: i32) -> Self {
         self.powi(n)
