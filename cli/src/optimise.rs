@@ -16,7 +16,7 @@ use crate::files::say;
 pub struct Optimise {
     #[command(flatten)]
     task: Task,
-    /// What may change: `controls`, `design`, `q0`, `rate0`, `duration`, or one of them by its name (design.mass); separated by commas or repeated
+    /// Free inputs: `controls`, `design`, `q0`, `rate0`, `duration`, or one of them by its name (design.mass); separated by commas or repeated
     #[arg(long, default_value = "controls", value_delimiter = ',', value_name = "PART[.NAME]")]
     free: Vec<String>,
     /// Bounds of what is free, or of an output (outputs.NAME); one side may be missing (0..)

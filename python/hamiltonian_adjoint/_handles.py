@@ -14,6 +14,13 @@ Number = float | Expression
 Vector = Sequence[Number]
 
 
+class Motion1D:
+    """A function of time for driven parts."""
+
+    def __init__(self, kind: str, *parameters: Number) -> None:
+        self.kind, self.parameters = kind, parameters
+
+
 class Coordinate(Symbol):
     """A coordinate q, m or rad."""
 

@@ -12,8 +12,25 @@ import numpy as np
 from . import _hamiltonian_adjoint as _core
 from ._errors import SceneError
 from ._expression import Expression, Symbol, operand, t, write
-from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event, Frame, Group, Joint, Marker, Output, Particle, Point, SpaceBody
-from ._parts import Motion1D, Parts
+from ._handles import (
+    GROUND,
+    Body,
+    Control,
+    Coordinate,
+    Design,
+    Equation,
+    Event,
+    Frame,
+    Group,
+    Joint,
+    Marker,
+    Motion1D,
+    Output,
+    Particle,
+    Point,
+    SpaceBody,
+)
+from ._parts import Parts
 
 if TYPE_CHECKING:
     from ._system import System

@@ -38,14 +38,23 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ._handles import Control, Coordinate, Equation, Event, Frame, Ground, Joint, Marker, Number, Output, Particle, Point, SpaceBody, Vector
-
-
-class Motion1D:
-    """A function of time for driven parts."""
-
-    def __init__(self, kind: str, *parameters: Number) -> None:
-        self.kind, self.parameters = kind, parameters
+from ._handles import (
+    Control,
+    Coordinate,
+    Equation,
+    Event,
+    Frame,
+    Ground,
+    Joint,
+    Marker,
+    Motion1D,
+    Number,
+    Output,
+    Particle,
+    Point,
+    SpaceBody,
+    Vector,
+)
 
 
 class Parts:

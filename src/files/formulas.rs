@@ -4,17 +4,16 @@
 //! otherwise with one operation in each part, and with the order of its arguments.
 
 use serde_json::{Map, Value, json};
-use std::cell::RefCell;
 
-use super::fields::{Fields, wrong};
-use super::lists::{Lists, key_of};
-use crate::check::Function;
+use super::fields::Fields;
+use super::formula::{Formula, FormulaError};
+use super::lists::{LISTS, Lists};
+use super::sums::write_sum;
 use crate::model::Param;
-use crate::program::Symbol;
 use crate::scene::Summed;
-use crate::system::{Connections, ElementKind, GraphFormula, Placed, Recordable, Shape, Slot, Values};
-use crate::text::{Mistake, Name, Parts, Reader, write};
-use crate::{Error, Scalar, Scene, Sum};
+use crate::system::{Connections, ElementKind, GraphFormula, Placed, Recordable, Shape, Slot};
+use crate::text::{Name, Parts, write};
+use crate::{Error, Scene};
 
 /// The kinds of elements, with the lists of arguments that their formulas may read.
 pub(super) const ELEMENTS: [(&str, ElementKind, &[&str]); 4] = [
@@ -30,121 +29,11 @@ pub(super) const EVENT: &str = "event";
 pub(super) const OF_FUNCTIONS: &[&str] =
     &["q", "v", "p_star", "p_star_dot", "v_dot", "sigma", "lambda", "u", "u_dot", "b", "t"];
 
-/// A formula as text: parts that precede it, its results, and the order of its arguments unless it is that of [`Shape::slots`].
-struct Formula<'a> {
-    parts: Vec<&'a str>,
-    results: Vec<&'a str>,
-    arguments: Option<Vec<&'a str>>,
-}
-
-impl Formula<'_> {
-    /// Records the formula. `slot` returns the argument that a name denotes.
-    fn record(&self, shape: Shape, slot: &dyn Fn(Name) -> Result<Slot, String>) -> Result<GraphFormula, FormulaError> {
-        let order = match &self.arguments {
-            Some(names) => names.iter().map(|name| argument(name, slot)).collect::<Result<Vec<_>, _>>()?,
-            None => {
-                let used = RefCell::new(Vec::new());
-                let note = |name: Name| slot(name).inspect(|slot| used.borrow_mut().push(*slot));
-                self.graph(shape, &[], &note)?;
-                let used = used.into_inner();
-                shape.slots().filter(|slot| used.contains(slot)).collect()
-            }
-        };
-        self.graph(shape, &order, slot)
-    }
-
-    fn graph(
-        &self,
-        shape: Shape,
-        first: &[Slot],
-        slot: &dyn Fn(Name) -> Result<Slot, String>,
-    ) -> Result<GraphFormula, FormulaError> {
-        let mut mistake = None;
-        let graph = GraphFormula::record(shape, first, |symbol, put| {
-            let lookup = |name: Name| slot(name).map(symbol);
-            mistake = self.evaluate(&mut Reader::new(&lookup), put).err();
-        });
-        match (mistake, graph) {
-            (Some(mistake), _) => Err(mistake),
-            (None, graph) => graph.map_err(|obstacle| FormulaError(format!("the formula cannot be recorded: {obstacle:?}"))),
-        }
-    }
-
-    fn evaluate<'t>(&'t self, reader: &mut Reader<'t, Symbol>, put: &mut dyn FnMut(Symbol)) -> Result<(), FormulaError> {
-        for (i, part) in self.parts.iter().enumerate() {
-            reader.define(part).map_err(|mistake| FormulaError::new(&format!("part {}", i + 1), mistake))?;
-        }
-        for result in &self.results {
-            put(reader.read(result).map_err(|mistake| FormulaError::new("`formula`", mistake))?);
-        }
-        Ok(())
-    }
-}
-
-/// A vector function as text, with the grammar of formulas in scene files and the arguments `x[0]`, `x[1]`, …, for
-/// [`check::function`](crate::check::function).
-///
-/// ```
-/// use hamiltonian_adjoint::{TextFunction, check};
-///
-/// let polar = TextFunction::read(&["cos(x[1])", "sin(x[1])"], &["x[0] * $1", "x[0] * $2"], 2)?;
-/// let hand = |x: &[f64]| [[x[1].cos(), -x[0] * x[1].sin()], [x[1].sin(), x[0] * x[1].cos()]];
-/// check::function(&polar, ["r", "φ"], ["x", "y"]).jacobian(hand).run().assert_passed();
-/// # Ok::<(), hamiltonian_adjoint::Error>(())
-/// ```
-pub struct TextFunction(GraphFormula);
-
-impl TextFunction {
-    /// Reads a function of `arguments` numbers: parts that precede its results, and the results.
-    ///
-    /// # Errors
-    /// A mistake in a text, with its column.
-    pub fn read(parts: &[&str], results: &[&str], arguments: usize) -> Result<Self, Error> {
-        let formula = Formula { parts: parts.to_vec(), results: results.to_vec(), arguments: None };
-        let slot = |name: Name| match name {
-            Name::Entry { list: "x", key } => key.parse().ok().filter(|i| *i < arguments).map(Slot::Q),
-            _ => None,
-        };
-        let slot =
-            |name: Name| slot(name).ok_or_else(|| format!("arguments are x[0] to x[{}]", arguments.saturating_sub(1)));
-        let graph = formula.graph(Shape { n: arguments, ..Shape::default() }, &[], &slot);
-        graph.map(TextFunction).map_err(|FormulaError(problem)| wrong("the function", &problem))
-    }
-}
-
-impl Function for TextFunction {
-    fn value<S: Scalar>(&self, x: &[S]) -> Vec<S> {
-        let mut results = Vec::new();
-        let read = |slot: Slot| if let Slot::Q(i) = slot { x[i] } else { S::zero() };
-        self.0.values(&read, &mut |y| results.push(y));
-        results
-    }
-}
-
-/// What is wrong with a formula.
-struct FormulaError(String);
-
-impl FormulaError {
-    fn new(place: &str, Mistake { column, problem }: Mistake) -> Self {
-        FormulaError(format!("{place}, character {column}: {problem}"))
-    }
-}
-
-/// The argument that one name denotes.
-fn argument(name: &str, slot: &dyn Fn(Name) -> Result<Slot, String>) -> Result<Slot, FormulaError> {
-    let (list, key) = key_of(name);
-    let found = key.map_or_else(|| slot(Name::Word(list)), |key| slot(Name::Entry { list, key }));
-    found.map_err(|problem| FormulaError(format!("`arguments`: {problem}")))
-}
-
 /// The name of an argument by its list and its number there.
 fn indexed(slot: Slot) -> String {
     let (list, i) = slot.place();
     if slot == Slot::T { "t".into() } else { format!("{}[{i}]", LISTS[list]) }
 }
-
-/// The names of the lists, in the order of [`Slot::ALL`].
-pub(super) const LISTS: [&str; 10] = ["q", "v", "p_star", "p_star_dot", "v_dot", "lambda", "sigma", "u", "u_dot", "b"];
 
 /// The argument with a number in the list with a name.
 fn slot_of(list: &str, i: usize) -> Option<Slot> {
@@ -154,38 +43,65 @@ fn slot_of(list: &str, i: usize) -> Option<Slot> {
 /// The fields of a formula; `None` if it has no graph.
 fn write_formula<F: Recordable + ?Sized>(placed: &Placed<F>) -> Option<Map<String, Value>> {
     let wanted = placed.template().ok()?;
-    let ways = [(true, Parts::Long, false), (true, Parts::Long, true), (true, Parts::All, true), (false, Parts::All, true)];
-    ways.into_iter().find_map(|(keeps_constants, parts, is_ordered)| {
+    let exact = (Parts::All, true);
+    // Constants of the element that simplify its formula otherwise remain constants, if possible.
+    let ways = [(true, &[(Parts::Long, false), (Parts::Long, true), exact][..]), (false, &[exact])];
+    ways.into_iter().find_map(|(keeps_constants, forms)| {
         let graph = placed.as_graph(keeps_constants).ok()?;
-        let name = |expression| graph.slot(expression).map(indexed);
-        let text = write(graph.graph().0, graph.graph().1, parts, &name)?;
-        let results: Vec<String> = text.results.into_iter().map(|result| result.into_text()).collect();
-        let arguments: Option<Vec<String>> = is_ordered.then(|| graph.arguments().into_iter().map(indexed).collect());
-        let formula = Formula {
-            parts: text.parts.iter().map(String::as_str).collect(),
-            results: results.iter().map(String::as_str).collect(),
-            arguments: arguments.as_ref().map(|names| names.iter().map(String::as_str).collect()),
-        };
-        let slot = |name: Name| match name {
-            Name::Word(_) => Ok(Slot::T),
-            Name::Entry { list, key } => {
-                key.parse().ok().and_then(|i| slot_of(list, i)).ok_or_else(|| "an unknown argument".to_string())
-            }
-        };
-        let read = formula.record(placed.shape, &slot).ok()?;
-        (placed.with(read).template().ok()? == wanted).then(|| {
-            let mut fields = Map::new();
-            if let Some(arguments) = &arguments {
-                fields.insert("arguments".into(), json!(arguments));
-            }
-            if !text.parts.is_empty() {
-                fields.insert("parts".into(), json!(text.parts));
-            }
-            let formula = if results.len() == 1 { json!(results[0]) } else { json!(results) };
-            fields.insert("formula".into(), formula);
-            fields
+        forms.iter().find_map(|(parts, is_ordered)| {
+            let text = FormulaText::new(&graph, *parts, *is_ordered)?;
+            let read = text.formula().record(placed.shape, &indexed_slot).ok()?;
+            (placed.with(read).template().ok()? == wanted).then(|| text.fields())
         })
     })
+}
+
+/// The argument that a name with an index denotes.
+fn indexed_slot(name: Name) -> Result<Slot, String> {
+    match name {
+        Name::Word(_) => Ok(Slot::T),
+        Name::Entry { list, key } => {
+            key.parse().ok().and_then(|i| slot_of(list, i)).ok_or_else(|| "an unknown argument".to_string())
+        }
+    }
+}
+
+/// A formula as it is written.
+struct FormulaText {
+    parts: Vec<String>,
+    results: Vec<String>,
+    arguments: Option<Vec<String>>,
+}
+
+impl FormulaText {
+    /// The text of a graph, with the order of its arguments if `is_ordered`.
+    fn new(graph: &GraphFormula, parts: Parts, is_ordered: bool) -> Option<Self> {
+        let name = |expression| graph.slot(expression).map(indexed);
+        let text = write(graph.graph().0, graph.graph().1, parts, &name)?;
+        let results = text.results.into_iter().map(|result| result.into_text()).collect();
+        let arguments = is_ordered.then(|| graph.arguments().into_iter().map(indexed).collect());
+        Some(FormulaText { parts: text.parts, results, arguments })
+    }
+
+    fn formula(&self) -> Formula<'_> {
+        fn all(texts: &[String]) -> Vec<&str> {
+            texts.iter().map(String::as_str).collect()
+        }
+        Formula { parts: all(&self.parts), results: all(&self.results), arguments: self.arguments.as_deref().map(all) }
+    }
+
+    fn fields(&self) -> Map<String, Value> {
+        let mut fields = Map::new();
+        if let Some(arguments) = &self.arguments {
+            fields.insert("arguments".into(), json!(arguments));
+        }
+        if !self.parts.is_empty() {
+            fields.insert("parts".into(), json!(self.parts));
+        }
+        let formula = if let [only] = &self.results[..] { json!(only) } else { json!(self.results) };
+        fields.insert("formula".into(), formula);
+        fields
+    }
 }
 
 impl Scene {
@@ -228,46 +144,7 @@ impl Scene {
     }
 }
 
-pub(super) fn write_sum(sum: Sum) -> Value {
-    match sum {
-        Sum::Node(node) => json!({ "node": node }),
-        Sum::Event(event) => json!({ "event": event }),
-        Sum::AfterEvent(event) => json!({ "after event": event }),
-        named => json!(SUMS.iter().find(|(_, sum)| *sum == named).map(|(name, _)| *name)),
-    }
-}
-
-pub(super) const SUMS: [(&str, Sum); 6] = [
-    ("plain", Sum::Plain),
-    ("all nodes", Sum::AllNodes),
-    ("rectangle", Sum::Rectangle),
-    ("trapezoidal", Sum::Trapezoidal),
-    ("integral", Sum::Integral),
-    ("terminal", Sum::Terminal),
-];
-
 impl Fields<'_> {
-    pub(super) fn sum(&mut self, field: &str) -> Result<Sum, Error> {
-        let value = self.get(field)?;
-        if let Some(name) = value.as_str() {
-            let known = || SUMS.map(|(name, _)| name).join(", ");
-            let sum = SUMS.into_iter().find(|(known, _)| *known == name).map(|(_, sum)| sum);
-            return sum
-                .ok_or_else(|| self.wrong(&format!("`{name}` is not one of the sums {}, or {{\"node\": i}}", known())));
-        }
-        let mut entry = Fields::of(&format!("{}, `{field}`", self.place), value)?;
-        let name = ["node", "event", "after event"].into_iter().find(|name| entry.all.contains_key(*name));
-        let name = name.ok_or_else(|| entry.wrong("`node`, `event` or `after event` is expected"))?;
-        let which = entry.count(name)?;
-        let sum = match name {
-            "node" => Sum::Node(which),
-            "event" => Sum::Event(which),
-            _ => Sum::AfterEvent(which),
-        };
-        entry.nothing_more()?;
-        Ok(sum)
-    }
-
     /// Adds the user-defined element of this entry.
     pub(super) fn add_element(
         &mut self,

@@ -1,7 +1,11 @@
 //! [`PartKind`]: the kinds of parts that scene files can contain.
 
+use serde_json::{Value, json};
+
 use super::SceneFile;
-use super::formulas::{COST, ELEMENTS, EVENT, OUTPUT, TERM};
+use super::formulas::{COST, ELEMENTS, EVENT, OF_FUNCTIONS, OUTPUT, TERM};
+use super::writer::QUANTITIES;
+use crate::planar::MOTIONS;
 use crate::scene::kinds::kinds;
 use crate::scene::ready::{Kind, Place, Sort};
 
@@ -23,6 +27,8 @@ pub struct PartEntry {
     pub what: String,
     /// True if the entry may be missing.
     pub is_optional: bool,
+    /// The JSON Schema of the content.
+    pub(super) schema: Value,
 }
 
 impl SceneFile {
@@ -38,76 +44,107 @@ impl SceneFile {
     pub fn kinds() -> impl Iterator<Item = PartKind> {
         let ready = kinds().map(|kind| PartKind { name: kind.name, entries: entries(kind) });
         let elements = ELEMENTS.into_iter().map(|(kind, _, lists)| (kind, [lists, &["like"]].concat()));
-        let functions = [
-            (COST, vec!["sum", "q", "sigma", "u", "b"]),
-            (TERM, vec!["output", "sum", "q", "sigma", "u", "b"]),
-            (EVENT, vec!["q", "sigma", "u", "b"]),
-        ];
-        let of_formula = |(name, entries): (&'static str, Vec<&str>)| {
-            let all = [entries, vec!["formula", "parts", "arguments"]].concat();
-            let has = |(known, ..): &(&str, &str, bool)| all.contains(known);
-            let entries = FORMULA.into_iter().filter(has).map(|(name, what, is_optional)| entry(name, what, is_optional));
-            PartKind { name, entries: entries.collect() }
+        let functions = [(COST, &["sum"][..]), (TERM, &["output", "sum"]), (EVENT, &[])];
+        let functions = functions.map(|(kind, more)| (kind, [more, OF_FUNCTIONS].concat()));
+        let of_formula = |(name, own): (&'static str, Vec<&str>)| {
+            let has = |entry: &PartEntry| own.contains(&entry.name) || FORMULA.contains(&entry.name);
+            PartKind { name, entries: of_formulas().into_iter().filter(has).collect() }
         };
         let output = PartKind { name: OUTPUT, entries: Vec::new() };
         ready.chain(elements.chain(functions).map(of_formula)).chain([output])
     }
 }
 
-/// The entries of user-defined formulas, and whether they may be missing.
-const FORMULA: [(&str, &str, bool); 10] = [
-    ("output", "the name of an output", false),
-    ("sum", "the name of a rule of summation, or the number of a node or an event", false),
-    ("q", "names of coordinates", true),
-    ("sigma", "names of constraint equations", true),
-    ("u", "names of controls", true),
-    ("b", "numbers or formulas", true),
-    ("like", "the name of an element with the same formula", true),
-    ("formula", "a formula, or a list of formulas", false),
-    ("parts", "formulas that precede it", true),
-    ("arguments", "the arguments of the formula in their order", true),
-];
+/// The content of an entry in words, and its JSON Schema.
+type Content = (String, Value);
 
-fn entry(name: &'static str, what: &str, is_optional: bool) -> PartEntry {
-    PartEntry { name, what: what.into(), is_optional }
+/// The entries that every formula may have.
+const FORMULA: [&str; 3] = ["formula", "parts", "arguments"];
+
+/// The entries of all user-defined formulas.
+fn of_formulas() -> [PartEntry; 10] {
+    let formula = json!({ "anyOf": [text(), list_of(text())] });
+    [
+        entry("output", ("the name of an output", text()), false),
+        entry("sum", content(Sort::Sum), false),
+        entry("q", ("names of coordinates", list_of(text())), true),
+        entry("sigma", content(Sort::Equations), true),
+        entry("u", ("names of controls", list_of(text())), true),
+        entry("b", ("numbers or formulas", list_of(reference("number"))), true),
+        entry("like", ("the name of an element of the same kind, beside which this one is evaluated", text()), true),
+        entry("formula", ("a formula, or a list of formulas", formula), false),
+        entry("parts", ("formulas that precede it", list_of(text())), true),
+        entry("arguments", ("the arguments of the formula in their order", list_of(text())), true),
+    ]
+}
+
+fn entry(name: &'static str, (what, schema): (impl Into<String>, Value), is_optional: bool) -> PartEntry {
+    PartEntry { name, what: what.into(), is_optional, schema }
+}
+
+/// The schema of what `$defs` contains under a name.
+pub(super) fn reference(name: &str) -> Value {
+    json!({ "$ref": format!("#/$defs/{name}") })
+}
+
+pub(super) fn text() -> Value {
+    json!({ "type": "string" })
+}
+
+pub(super) fn count() -> Value {
+    json!({ "type": "integer", "minimum": 0 })
+}
+
+fn list_of(items: Value) -> Value {
+    json!({ "type": "array", "items": items })
+}
+
+pub(super) fn list_of_length(items: Value, length: usize) -> Value {
+    json!({ "type": "array", "items": items, "minItems": length, "maxItems": length })
 }
 
 fn entries(kind: &Kind) -> Vec<PartEntry> {
-    let place = match kind.at {
-        Place::Point => "a point of a body in the plane, of a particle or of the ground",
-        Place::Frame => "a body in the plane, a particle or the ground",
-        Place::Marker => "a marker of a body in space or of the ground",
-        Place::Body => "a body in space",
+    let (place, schema) = match kind.at {
+        Place::Point => ("a point of a body in the plane, of a particle or of the ground", "point"),
+        Place::Frame => ("a body in the plane, a particle or the ground", "frame"),
+        Place::Marker => ("a marker of a body in space or of the ground", "marker"),
+        Place::Body => ("a body in space", "body in space"),
     };
-    let mut entries: Vec<PartEntry> = kind.places.iter().map(|name| entry(name, place, false)).collect();
+    let mut entries: Vec<PartEntry> =
+        kind.places.iter().map(|name| entry(name, (place, reference(schema)), false)).collect();
     for list in kind.numbers.chunk_by(|a, b| a == b) {
-        let what =
-            if list.len() == 1 { "a number or formula".into() } else { format!("{} numbers or formulas", list.len()) };
-        entries.push(entry(list[0], &what, kind.optional.contains(&list[0])));
+        let (number, length) = (reference("number"), list.len());
+        let content = match length {
+            1 => ("a number or formula".into(), number),
+            _ => (format!("{length} numbers or formulas"), list_of_length(number, length)),
+        };
+        entries.push(entry(list[0], content, kind.optional.contains(&list[0])));
     }
-    entries.extend(kind.control.map(|name| entry(name, "the name of a control", false)));
+    entries.extend(kind.control.map(|name| entry(name, ("the name of a control", text()), false)));
     if kind.moves {
-        entries.push(entry("motion", "the name of a function of time", false));
-        entries.push(entry("parameters", "numbers or formulas", false));
+        let motions = json!({ "enum": MOTIONS.map(|(name, _)| name) });
+        entries.push(entry("motion", ("the name of a function of time", motions), false));
+        entries.push(entry("parameters", ("numbers or formulas", list_of(reference("number"))), false));
     }
-    entries.extend(kind.more.iter().map(|(name, sort)| entry(name, &what(*sort), *sort == Sort::Flag)));
+    entries.extend(kind.more.iter().map(|(name, sort)| entry(name, content(*sort), *sort == Sort::Flag)));
     entries
 }
 
-fn what(sort: Sort) -> String {
-    let what = match sort {
-        Sort::Numbers(count) => return format!("{count} numbers"),
-        Sort::Number => "a number",
-        Sort::Names => "a list of names",
-        Sort::Coordinate => "the name of a coordinate",
-        Sort::Axis => "the name of a coordinate, or a list of coordinates with factors",
-        Sort::Event => "the name of an event",
-        Sort::Equation => "the name of a constraint equation",
-        Sort::Equations => "names of constraint equations",
-        Sort::Count => "0, 1, 2 …",
-        Sort::Flag => "true or false",
-        Sort::Quantity => "the name of a quantity of a marker",
-        Sort::Sum => "the name of a rule of summation, or the number of a node or an event",
+fn content(sort: Sort) -> Content {
+    let number = || json!({ "type": "number" });
+    let (what, schema) = match sort {
+        Sort::Numbers(length) => return (format!("{length} numbers"), list_of_length(number(), length)),
+        Sort::Number => ("a number", number()),
+        Sort::Names => ("a list of names", list_of(text())),
+        Sort::Coordinate => ("the name of a coordinate", text()),
+        Sort::Axis => ("the name of a coordinate, or a list of coordinates with factors", reference("axis")),
+        Sort::Event => ("the name of an event", text()),
+        Sort::Equation => ("the name of a constraint equation", text()),
+        Sort::Equations => ("names of constraint equations", list_of(text())),
+        Sort::Count => ("0, 1, 2 …", count()),
+        Sort::Flag => ("true or false", json!({ "type": "boolean" })),
+        Sort::Quantity => ("the name of a quantity of a marker", json!({ "enum": QUANTITIES.map(|(name, _)| name) })),
+        Sort::Sum => ("the name of a rule of summation, or the number of a node or an event", reference("sum")),
     };
-    what.into()
+    (what.into(), schema)
 }

@@ -4,7 +4,6 @@ use serde_json::{Map, Value, json};
 use std::cell::RefCell;
 
 use super::fields::Fields;
-use super::formulas::LISTS;
 use crate::model::Param;
 use crate::system::{Connections, Slot};
 use crate::text::Name;
@@ -18,6 +17,9 @@ pub(super) struct Lists<'a> {
     to: RefCell<Connections>,
 }
 
+/// The names of the lists, in the order of [`Slot::ALL`].
+pub(super) const LISTS: [&str; 10] = ["q", "v", "p_star", "p_star_dot", "v_dot", "lambda", "sigma", "u", "u_dot", "b"];
+
 /// An equation of a constraint, in messages.
 pub(super) const EQUATION: &str = "constraint equation";
 
@@ -30,7 +32,7 @@ pub(super) fn key_of(name: &str) -> (&str, Option<&str>) {
 }
 
 impl Lists<'_> {
-    /// What the formula is connected to.
+    /// The coordinates, equations, controls and constants that the formula is connected to.
     pub(super) fn connections(&self) -> Connections {
         self.to.borrow().clone()
     }

@@ -3,6 +3,7 @@
 //! Files may come from untrusted sources: sizes are bounded by the length of the text, and errors contain the place of the problem.
 
 mod fields;
+mod formula;
 mod formulas;
 mod gradient;
 mod inputs;
@@ -14,15 +15,17 @@ mod report;
 mod scene;
 mod schema;
 mod study;
+mod sums;
 mod table;
+mod text_function;
 mod trajectory;
 mod writer;
 
-pub use formulas::TextFunction;
 pub use kinds::{PartEntry, PartKind};
 pub use scene::SceneFile;
 pub use study::{Finished, Study};
 pub use table::Table;
+pub use text_function::TextFunction;
 
 use serde::de::DeserializeOwned;
 

@@ -2,7 +2,7 @@
 
 use serde_json::{Map, Value, json};
 
-use super::formulas::write_sum;
+use super::sums::write_sum;
 use crate::model::space::{Axes, Body, Marker, Quantity};
 use crate::model::{Axis, Control, Coordinate, Event, Multiplier, Param, Point};
 use crate::scene::Summed;

@@ -53,7 +53,7 @@ impl Drop for Folder {
     }
 }
 
-/// What a run printed, and its exit status.
+/// Output and exit status of a run.
 pub struct Run {
     arguments: String,
     pub status: Option<i32>,
@@ -67,7 +67,7 @@ impl Run {
         Run { arguments: arguments.join(" "), status: status.code(), printed: text(stdout), errors: text(stderr) }
     }
 
-    /// What was printed to standard output, after a success.
+    /// Standard output of a run that succeeded.
     #[track_caller]
     pub fn succeeded(&self) -> String {
         assert_eq!(self.status, Some(0), "{}\n{}", self.arguments, self.errors);
