@@ -21,8 +21,10 @@
 from ._check import Report, check, check_gradient
 from ._errors import Error, FileError, InputError, MotionError, MotionWarning, OptimiseError, SceneError
 from ._expression import Condition, Expression, Symbol, maximum, minimum, t, where
+from ._grid import steps_through
 from ._hamiltonian_adjoint import __version__
 from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event, Group, Joint, Marker, Output, Particle, Point, SpaceBody
+from ._identify import Table
 from ._objective import Objective
 from ._optimise import Free, Iterate, Optimum, free, minimise, step_length
 from ._scene import Scene, after_event, at_event, cart_pendulum, constant, constant_speed, harmonic, node
@@ -66,6 +68,7 @@ __all__ = [
     "SpaceBody",
     "Symbol",
     "System",
+    "Table",
     "__version__",
     "after_event",
     "at_event",
@@ -84,6 +87,7 @@ __all__ = [
     "node",
     "simulate",
     "step_length",
+    "steps_through",
     "t",
     "where",
 ]

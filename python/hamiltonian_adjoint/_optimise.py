@@ -110,16 +110,18 @@ class Optimum:
     history: list[Iterate]
     warnings: list[tuple[str, str]]
     first_failure: str | None
+    # Of 'Levenberg-Marquardt' only.
     standard_errors: Array | None
     covariance: Array | None
+    chi_squared: float | None
+    degrees_of_freedom: int | None
+    grid_shifts: Array | None
+    undetermined: list[str] | None
 
     def __init__(self, system: System, attributes: dict[str, Any]) -> None:
         self.__dict__.update(attributes)
         self.inputs = Inputs._of(system, attributes["inputs"])
         self.history = [Iterate(*of) for of in attributes["history"]]
-        for name in ("standard_errors", "covariance"):
-            if attributes[name] is not None:
-                self.__dict__[name] = np.array(attributes[name])
 
     def __repr__(self) -> str:
         return f"<optimum: {self.message}>"

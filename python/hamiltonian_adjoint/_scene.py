@@ -8,10 +8,12 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import _hamiltonian_adjoint as _core
 from ._errors import SceneError
 from ._expression import Expression, Symbol, operand, t, write
+from ._grid import lengths_of_steps
 from ._handles import (
     GROUND,
     Body,
@@ -30,6 +32,7 @@ from ._handles import (
     Point,
     SpaceBody,
 )
+from ._identify import checked_readings
 from ._parts import Parts
 
 if TYPE_CHECKING:
@@ -478,6 +481,33 @@ class Scene(Parts):
     def reading(self, name: str, coordinate: Coordinate, node: int, value: float, weight: float) -> None:
         """Adds the output w (q − value) of a coordinate at a node, for fits to measurements."""
         self._add("reading", name, coordinate=self._own(coordinate).name, node=int(node), value=float(value), weight=float(weight))
+
+    def readings(
+        self,
+        name: str,
+        quantity: Expression,
+        times: ArrayLike,
+        values: ArrayLike,
+        *,
+        deviation: ArrayLike,
+        steps: int | ArrayLike,
+        dt: float | None = None,
+        t0: float = 0.0,
+    ) -> list[Output]:
+        """Adds an output (quantity − value) / deviation for each reading of a quantity, a coordinate or a formula such as `x.v` or `rope[0].lam`.
+
+        `deviation` is the standard deviation, or one for each reading. `steps`, `dt` and `t0` are the grid of the motion, whose nodes must include the
+        times of the readings, s (`steps_through`). The output of reading i is called `name.i`.
+        """
+        t, x, s = checked_readings(name, times, values, deviation)
+        nodes = _core.nodes_of_readings(name, t.tolist(), lengths_of_steps(steps, dt).tolist(), float(t0))
+        outputs = [Output(f"{name}.{i}", self) for i in range(len(t))]
+        for output, at, value, weight in zip(outputs, nodes, x.tolist(), (1.0 / s).tolist()):
+            if isinstance(quantity, Coordinate):
+                self.reading(output.name, quantity, at, value, weight)
+            else:
+                self.output(output.name, lambda of: (quantity - of.b[0]) * of.b[1], sum=node(at), b=[value, weight])
+        return outputs
 
     # Names
 

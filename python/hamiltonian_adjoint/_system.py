@@ -6,15 +6,15 @@ import os
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from . import _hamiltonian_adjoint as _core
 from ._errors import InputError
 from ._expression import Symbol
+from ._grid import Array as Array
+from ._grid import lengths_of_steps
 from ._handles import Coordinate, Event
 from ._scene import Scene
-
-Array = NDArray[np.float64]
 
 
 class System(_core.System):
@@ -96,13 +96,8 @@ class Inputs(_ByName):
     def __init__(self, system: System, steps: int | ArrayLike, dt: float | None = None) -> None:
         if not isinstance(system, _core.System):
             raise TypeError(f"inputs belong to a system, such as scene.compile(), not to {system!r}")
-        is_count = isinstance(steps, (int, np.integer)) and not isinstance(steps, bool)
-        if is_count != (dt is not None):
-            raise TypeError("the grid is a number of steps and their length, `at_rest(100, 0.01)`, or an array of lengths")
-        if is_count and int(steps) < 0:  # type: ignore[arg-type]
-            raise InputError(f"{steps!r} steps: the number of steps must not be negative")
         self.system = system
-        self.steps = np.full(int(steps), float(dt)) if is_count else steps  # type: ignore[arg-type, assignment]
+        self.steps = lengths_of_steps(steps, dt)
         self.t0, self.stages, self.start = 0.0, 1, "velocity"
         self.q, self.v, self.design = system.initial, np.zeros(system.n), system.design
         self.held, self.events, self.controls_in_time, self.open = ([], []), [], [], None

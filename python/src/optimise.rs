@@ -3,15 +3,15 @@
 use std::ops::ControlFlow;
 
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, Iterate, MotionProblem, Options, Outcome, Quantity, Variables, augmented_lagrangian, interior_point,
-    lbfgs, levenberg_marquardt,
+    Fit, Free, Interval, Iterate, MotionProblem, Options, Outcome, Quantity, Variables, augmented_lagrangian,
+    interior_point, lbfgs, levenberg_marquardt,
 };
 use hamiltonian_adjoint::{Error, System as Compiled};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::convert::{Given, attributes, control_names, coordinate_names, number, settings, vector};
+use crate::convert::{Given, attributes, control_names, coordinate_names, matrix, number, settings, vector};
 use crate::errors::{raised, warnings, wrong_input};
 use crate::scene::System;
 use crate::signals::Signals;
@@ -60,9 +60,6 @@ fn options(given: &Bound<'_, PyDict>) -> PyResult<Options> {
     Ok(options)
 }
 
-/// The standard errors of a fit, and its covariance, row by row.
-type Accuracy = (Option<Vec<f64>>, Option<Vec<Vec<f64>>>);
-
 /// Minimises J of a motion.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -104,21 +101,19 @@ pub(crate) fn minimise<'py>(
         }
     };
     let start = problem.start();
-    let result: Result<(Outcome, Accuracy), Error> = py.detach(|| match method {
-        "L-BFGS" => Ok((lbfgs(&mut problem, &start, &options, &mut watch)?, (None, None))),
-        "augmented Lagrangian" => Ok((augmented_lagrangian(&mut problem, &start, &options, &mut watch)?, (None, None))),
+    let result: Result<(Outcome, Option<Fit>), Error> = py.detach(|| match method {
+        "L-BFGS" => Ok((lbfgs(&mut problem, &start, &options, &mut watch)?, None)),
+        "augmented Lagrangian" => Ok((augmented_lagrangian(&mut problem, &start, &options, &mut watch)?, None)),
         "Levenberg-Marquardt" => {
             let fit = levenberg_marquardt(&mut problem, &start, &options, &mut watch)?;
-            let rows = |of: nalgebra::DMatrix<f64>| of.row_iter().map(|row| row.iter().copied().collect()).collect();
-            let accuracy = (fit.standard_errors(), fit.covariance().map(rows));
-            Ok((fit.outcome, accuracy))
+            Ok((fit.outcome.clone(), Some(fit)))
         }
-        _ => Ok((interior_point(&mut problem, &start, &options, &mut watch)?, (None, None))),
+        _ => Ok((interior_point(&mut problem, &start, &options, &mut watch)?, None)),
     });
     signals.take()?;
-    let (outcome, accuracy) = result.map_err(raised)?;
-    let all = described(py, &outcome, accuracy)?;
+    let (outcome, fit) = result.map_err(raised)?;
     let names: Vec<&str> = (0..problem.free().len()).map(|i| problem.free().name(i)).collect();
+    let all = described(py, &outcome, fit.as_ref(), &names)?;
     all.set_item("names", names)?;
     all.set_item("inputs", attributes(py, of, &problem.inputs_at(&outcome.x))?)?;
     Ok(all)
@@ -129,7 +124,7 @@ fn iterate(at: &Iterate) -> (f64, f64, f64, f64, usize) {
     (at.value, at.violation, at.stationarity, at.step, at.evaluations)
 }
 
-fn described<'py>(py: Python<'py>, outcome: &Outcome, accuracy: Accuracy) -> PyResult<Bound<'py, PyDict>> {
+fn described<'py>(py: Python<'py>, outcome: &Outcome, fit: Option<&Fit>, names: &[&str]) -> PyResult<Bound<'py, PyDict>> {
     let all = PyDict::new(py);
     all.set_item("x", vector(py, &outcome.x))?;
     all.set_item("value", outcome.value)?;
@@ -138,7 +133,7 @@ fn described<'py>(py: Python<'py>, outcome: &Outcome, accuracy: Accuracy) -> PyR
     all.set_item("multipliers", vector(py, &outcome.multipliers))?;
     all.set_item("reason", outcome.reason.to_string())?;
     all.set_item("converged", outcome.reason.is_converged())?;
-    all.set_item("message", outcome.to_string())?;
+    all.set_item("message", fit.map_or_else(|| outcome.to_string(), Fit::to_string))?;
     all.set_item("iterations", outcome.iterations)?;
     all.set_item("evaluations", outcome.evaluations)?;
     all.set_item("gradients", outcome.gradients)?;
@@ -146,7 +141,12 @@ fn described<'py>(py: Python<'py>, outcome: &Outcome, accuracy: Accuracy) -> PyR
     all.set_item("history", outcome.history.iter().map(iterate).collect::<Vec<_>>())?;
     all.set_item("warnings", warnings(&outcome.warnings))?;
     all.set_item("first_failure", outcome.first_failure.as_ref().map(ToString::to_string))?;
-    all.set_item("standard_errors", accuracy.0)?;
-    all.set_item("covariance", accuracy.1)?;
+    let columns = |of: nalgebra::DMatrix<f64>| matrix(py, &of, of.ncols());
+    all.set_item("standard_errors", fit.and_then(Fit::standard_errors).map(|errors| vector(py, &errors)))?;
+    all.set_item("covariance", fit.and_then(Fit::covariance).map(columns).transpose()?)?;
+    all.set_item("chi_squared", fit.map(Fit::chi_squared))?;
+    all.set_item("degrees_of_freedom", fit.map(Fit::degrees_of_freedom))?;
+    all.set_item("grid_shifts", fit.and_then(Fit::grid_shifts).map(|shifts| vector(py, &shifts)))?;
+    all.set_item("undetermined", fit.map(|fit| fit.undetermined().into_iter().map(|i| names[i]).collect::<Vec<_>>()))?;
     Ok(all)
 }

@@ -1,0 +1,30 @@
+"""Grids: the lengths of steps."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _hamiltonian_adjoint as _core
+from ._errors import InputError
+
+Array = NDArray[np.float64]
+
+
+def lengths_of_steps(steps: int | ArrayLike, dt: float | None) -> Array:
+    """The lengths of steps, s, that are given as a number of steps and their length, or one by one."""
+    is_count = isinstance(steps, (int, np.integer)) and not isinstance(steps, bool)
+    if is_count != (dt is not None):
+        raise TypeError("the grid is a number of steps and their length, `at_rest(100, 0.01)`, or an array of lengths")
+    if is_count and int(steps) < 0:  # type: ignore[arg-type]
+        raise InputError(f"{steps!r} steps: the number of steps must not be negative")
+    return np.full(int(steps), float(dt)) if is_count else np.array(steps, dtype=np.float64)  # type: ignore[arg-type]
+
+
+def steps_through(times: ArrayLike, longest: float) -> Array:
+    """The lengths of steps, s, with nodes at the given times and equal steps between them, none longer than `longest`; the first node is at `times[0]`.
+
+    >>> steps_through([0.0, 0.2, 0.25], 0.1)
+    array([0.1 , 0.1 , 0.05])
+    """
+    return _core.steps_through(np.ravel(np.asarray(times, dtype=np.float64)).tolist(), float(longest))

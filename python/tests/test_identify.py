@@ -1,0 +1,125 @@
+"""Readings and fits."""
+
+import hamiltonian_adjoint as ha
+import numpy as np
+import pytest
+
+
+def oscillator(stiffness=3.0):
+    """1 kg on a spring, released at 1 m."""
+    scene = ha.Scene()
+    x = scene.coordinates("block", ["x"], [1.0]).x
+    stiffness = scene.design("stiffness", stiffness)
+    scene.kinetic_energy("motion", 0.5 * x.v**2)
+    scene.potential_energy("spring", 0.5 * stiffness * x**2)
+    return scene, x, stiffness
+
+
+def measured(of, times, deviation, seed=1):
+    return of(times) + deviation * np.random.default_rng(seed).normal(size=len(times))
+
+
+def test_a_fit_to_a_table(tmp_path):
+    times, deviation = np.sort(np.random.default_rng(2).uniform(0.05, 3.0, 40)), 0.01
+    values = measured(lambda t: np.cos(2.0 * t), times, deviation)
+    rows = [f"{t!r},{x!r},{0.5 if i % 2 else ''}" for i, (t, x) in enumerate(zip(times.tolist(), values.tolist()))]
+    (tmp_path / "readings.csv").write_text("t [s],x [m],force [N]\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    table = ha.Table.load(tmp_path / "readings.csv")
+    assert table.names == ["x [m]", "force [N]"] and np.array_equal(table["x"], [times, values]) and len(table["force [N]"][0]) == 20
+
+    scene, x, stiffness = oscillator()
+    steps = ha.steps_through([0.0, *table.times], 0.02)
+    outputs = scene.readings("position", x, *table["x"], deviation=deviation, steps=steps)
+    assert [of.name for of in outputs[:2]] == ["position.0", "position.1"]
+    system = scene.compile()
+    found = ha.minimise(system, system.at_rest(steps), [stiffness], method="Levenberg-Marquardt")
+    assert found.converged and "χ²" in str(found)
+    error = found.standard_errors[0]
+    assert abs(found.inputs[stiffness] - 4.0) < 3 * error and 1e-4 < error < 0.05
+    assert found.covariance[0, 0] == pytest.approx(error**2)
+    # Forty normal deviates less one parameter.
+    assert found.degrees_of_freedom == 39 and abs(found.chi_squared - 39) < 3 * np.sqrt(78)
+    assert found.chi_squared == pytest.approx(np.sum(found.constraints**2)) and len(found.grid_shifts) == 1 and found.undetermined == []
+    # Residuals by hand.
+    motion = ha.simulate(system, found.inputs)
+    at = np.searchsorted(motion.times, times - 1e-9)
+    assert found.constraints == pytest.approx((motion[x][at] - values) / deviation, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "quantity, truth",
+    [
+        (lambda x: x.v, lambda t: -2.0 * np.sin(2.0 * t)),
+        (lambda x: x.a, lambda t: -4.0 * np.cos(2.0 * t)),
+        (lambda x: 2.0 * x, lambda t: 2.0 * np.cos(2.0 * t)),
+    ],
+)
+def test_readings_of_formulas(quantity, truth):
+    scene, x, stiffness = oscillator()
+    times = np.linspace(0.1, 2.0, 20)
+    deviation = np.where(times < 1.0, 0.01, 0.02)
+    values = measured(truth, times, deviation)
+    scene.readings("sensor", quantity(x), times, values, deviation=deviation, steps=400, dt=0.005)
+    system = scene.compile()
+    inputs = system.at_rest(400, 0.005)
+    inputs[stiffness] = 4.0
+    solver = ha.Solver(system)
+    solver.simulate(inputs)
+    # The trapezoidal rule has an error of phase (ω Δt)²/12 ω t; the amplitude is at most 4.
+    assert solver.outputs() * deviation == pytest.approx(truth(times) - values, abs=4.0 * 0.01**2 / 12.0 * 4.0)
+    ha.check_gradient(system, inputs, output="sensor.7").assert_passed()
+    inputs[stiffness] = 3.0
+    found = ha.minimise(system, inputs, [stiffness], method="Levenberg-Marquardt")
+    assert found.converged and abs(found.inputs[stiffness] - 4.0) < 3 * found.standard_errors[0] < 0.1
+
+
+def test_controls_from_a_table():
+    table = ha.Table("t,force\n0,1\n1,3\n2,\n3,5\n")
+    assert np.interp([0.5, 2.0, 9.0], *table["force"]).tolist() == [2.0, 4.0, 5.0]
+
+
+def test_undetermined_variables_have_names():
+    scene, x, stiffness = oscillator()
+    idle = scene.design("idle", 1.0)
+    scene.readings("position", x, [0.5, 1.0, 1.5], [0.54, -0.42, -0.99], deviation=0.01, steps=100, dt=0.02)
+    system = scene.compile()
+    found = ha.minimise(system, system.at_rest(100, 0.02), [stiffness, idle], method="Levenberg-Marquardt")
+    assert found.undetermined == ["idle"] and found.standard_errors is None
+
+
+@pytest.mark.parametrize(
+    "times, values, keywords, message",
+    [
+        ([0.1, 0.2], [1.0, np.nan], {}, r"reading 1 is nan at t = 0.2 s \(1 of 2 are not finite\).*keep = np.isfinite"),
+        ([0.1, np.inf], [1.0, 1.0], {}, "reading 1 is 1.0 at t = inf s"),
+        ([0.1, 0.137], [1.0, 1.0], {}, "readings `x`: it has a value at 0.137 s, where the grid has no node; use `steps_through`"),
+        ([0.1, 0.2], [1.0], {}, r"two lists of one length, but their shapes are \(2,\) and \(1,\)"),
+        ([], [], {}, "two lists of one length"),
+        ([0.1, 0.2], [1.0, 2.0], {"deviation": 0.0}, "deviation of reading 0 is 0.0; a standard deviation must be positive"),
+        ([0.1, 0.2], [1.0, 2.0], {"deviation": [1.0, 1.0, 1.0]}, r"the shape \(3,\); it must be a number, or one for each of 2"),
+        ([0.1, 0.2], [1.0, 2.0], {"steps": -1}, "must not be negative"),
+    ],
+)
+def test_mistakes(times, values, keywords, message):
+    scene, x, _ = oscillator()
+    with pytest.raises(ha.InputError, match=message):
+        scene.readings("x", x, times, values, **{"deviation": 0.1, "steps": 10, "dt": 0.1, **keywords})
+    assert not scene.compile().outputs
+
+
+def test_mistakes_in_tables_and_grids():
+    with pytest.raises(ha.FileError, match="line 3.*not later"):
+        ha.Table("t [s],x\n1,2\n1,3\n")
+    with pytest.raises(ha.FileError, match="`ms`; expected `s`"):
+        ha.Table("t [ms],x\n1,2\n")
+    with pytest.raises(KeyError, match="no column `y`; its columns are x"):
+        ha.Table("t [s],x\n1,2\n")["y"]
+    with pytest.raises(ha.InputError, match="longest step of `steps_through`"):
+        ha.steps_through([0.0, 1.0], 0.0)
+    with pytest.raises(ha.InputError, match="a time of `steps_through`"):
+        ha.steps_through([0.0, np.nan], 0.1)
+    scene, x, _ = oscillator()
+    scene.readings("x", x, [0.1], [1.0], deviation=1.0, steps=10, dt=0.1)
+    scene.readings("x", x, [0.2], [1.0], deviation=1.0, steps=10, dt=0.1)
+    with pytest.raises(ha.SceneError, match="x.0"):
+        scene.compile()
