@@ -27,6 +27,7 @@ from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event
 from ._identify import Table
 from ._objective import Objective
 from ._optimise import Free, Iterate, Optimum, free, minimise, step_length
+from ._robot import JointData, Robot
 from ._scene import Scene, after_event, at_event, cart_pendulum, constant, constant_speed, harmonic, node
 from ._solver import LongSolver, Motion, Solver, gradient, gradients, simulate
 from ._system import Gradient, Inputs, System
@@ -50,6 +51,7 @@ __all__ = [
     "Inputs",
     "Iterate",
     "Joint",
+    "JointData",
     "LongSolver",
     "Marker",
     "Motion",
@@ -62,6 +64,7 @@ __all__ = [
     "Particle",
     "Point",
     "Report",
+    "Robot",
     "Scene",
     "SceneError",
     "Solver",

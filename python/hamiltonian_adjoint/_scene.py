@@ -34,6 +34,7 @@ from ._handles import (
 )
 from ._identify import checked_readings
 from ._parts import Parts
+from ._robot import Robot
 
 if TYPE_CHECKING:
     from ._system import System
@@ -509,11 +510,40 @@ class Scene(Parts):
                 self.output(output.name, lambda of: (quantity - of.b[0]) * of.b[1], sum=node(at), b=[value, weight])
         return outputs
 
+    # Robots
+
+    def robot(
+        self,
+        urdf: str | os.PathLike[str],
+        *,
+        floating: bool = False,
+        locked: Mapping[str, float] | None = None,
+        prefix: str = "",
+        damping: bool = False,
+        ignore_mimic: bool = False,
+        accept_impossible_inertias: bool = False,
+    ) -> Robot:
+        """Adds the links and joints of a URDF file, given by its path or as text, as bodies and joints in space.
+
+        The base is fixed at the origin unless it is `floating`. `locked` joints keep a value, rad or m. `prefix` begins the names of all parts, for several
+        robots in one scene. With `damping` the joints have that of the file. Limits, friction and efforts have no effect on the motion.
+        """
+        text = os.fspath(urdf)
+        if "<" not in text:
+            with open(text, encoding="utf-8-sig") as file:
+                text = file.read()
+        numbers = [(name, float(value)) for name, value in (locked or {}).items()]
+        parts, attributes = _core.robot(text, floating, numbers, prefix, damping, ignore_mimic, accept_impossible_inertias)
+        self._core.extend([json.dumps(part) for part in json.loads(parts)["parts"]])
+        return Robot(self, prefix, attributes)
+
     # Names
 
     def find(self, name: str, kind: str | None = None) -> Any:
-        """The handle of what has this name; `kind` chooses between a coordinate, control, design variable, body, output, event, constraint."""
+        """The handle of what has this name; `kind` chooses between a coordinate, control, design variable, body, output, event, constraint, joint."""
         kinds = [of for of in self._core.kinds_of(name) if kind in (None, of)]
+        # A body in the plane has coordinates, too, and a control may have the name of its joint.
+        kinds = [of for of in kinds if of != "joint"] or kinds
         if len(kinds) != 1:
             many = f"`{name}` is the name of a {' and of a '.join(kinds)}: choose by `kind`"
             raise KeyError(many if kinds else f"the scene has no {kind or 'part with the name'} `{name}`")
@@ -522,7 +552,7 @@ class Scene(Parts):
             return Body(name, self) if is_body else Particle(name, self)
         if kinds[0] == "body in space":
             return SpaceBody(name, self)
-        if kinds[0] == "constraint":
+        if kinds[0] in ("constraint", "joint"):
             return self._joint(name)
         makers: dict[str, Callable[[], Any]] = {
             "coordinate": lambda: Coordinate("q", name, self),

@@ -69,6 +69,11 @@ pub(crate) fn wrong_input(message: &str) -> PyErr {
     exception("InputError", message)
 }
 
+/// A wrong file that the library does not read.
+pub(crate) fn file_error(message: &str) -> PyErr {
+    exception("FileError", message)
+}
+
 /// An error of the interface.
 pub(crate) fn busy() -> PyErr {
     exception(

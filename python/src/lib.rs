@@ -8,6 +8,7 @@ mod convert;
 mod errors;
 mod identify;
 mod optimise;
+mod robot;
 mod scene;
 mod signals;
 mod solver;
@@ -29,6 +30,7 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(identify::table, module)?)?;
     module.add_function(wrap_pyfunction!(identify::steps_through, module)?)?;
     module.add_function(wrap_pyfunction!(identify::nodes_of_readings, module)?)?;
+    module.add_function(wrap_pyfunction!(robot::robot, module)?)?;
     module.add_function(wrap_pyfunction!(optimise::minimise, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     Ok(())

@@ -7,6 +7,9 @@ use pyo3::prelude::*;
 use crate::convert::{Given, attributes, control_names, coordinate_names, event_names, vector};
 use crate::errors::{raised, raised_by_scene};
 
+/// The first coordinates of joints in space.
+const JOINTS: [&str; 5] = ["angle", "first angle", "offset", "x", "e0"];
+
 /// A scene under construction: its parts as JSON, and what the library made of them.
 #[pyclass(module = "hamiltonian_adjoint._hamiltonian_adjoint")]
 #[derive(Default)]
@@ -24,12 +27,17 @@ impl Scene {
 
     /// Adds a part; if it is wrong, the scene remains as it was.
     fn add(&mut self, part: String) -> PyResult<()> {
-        if let Err(error) = self.scene.add_json(&part) {
+        self.extend(vec![part])
+    }
+
+    /// Adds parts; if one of them is wrong, the scene remains as it was.
+    fn extend(&mut self, parts: Vec<String>) -> PyResult<()> {
+        if let Err(error) = parts.iter().try_for_each(|part| self.scene.add_json(part)) {
             self.scene = ha::Scene::new();
             self.parts.iter().try_for_each(|part| self.scene.add_json(part)).map_err(raised_by_scene)?;
             return Err(raised_by_scene(error));
         }
-        self.parts.push(part);
+        self.parts.extend(parts);
         Ok(())
     }
 
@@ -64,6 +72,7 @@ impl Scene {
             ("output", self.scene.output_named(name).is_some()),
             ("event", self.scene.event_named(name).is_some()),
             ("constraint", self.scene.multipliers_named(name).is_some()),
+            ("joint", JOINTS.iter().any(|of| self.scene.coordinate_named(&format!("{name}.{of}")).is_some())),
         ];
         kinds.into_iter().filter(|(_, is_there)| *is_there).map(|(kind, _)| kind).collect()
     }
