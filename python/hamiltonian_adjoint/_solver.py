@@ -14,6 +14,7 @@ from . import _hamiltonian_adjoint as _core
 from ._errors import Error, InputError, warn
 from ._expression import Symbol
 from ._system import Array, Gradient, Inputs, System
+from ._tables import to_pandas, to_xarray
 
 _ROWS = {"q": "q", "v": "v", "p_star": "p", "p_star_dot": "p_dot", "u": "controls", "sigma": "sigma"}
 
@@ -100,6 +101,14 @@ class Motion:
     def to_csv(self) -> str:
         """The motion as CSV, with units."""
         return self._core.to_csv()
+
+    def to_pandas(self) -> Any:
+        """A pandas.DataFrame with a row for each node, indexed by time, and the columns of `to_csv`."""
+        return to_pandas(self)
+
+    def to_xarray(self) -> Any:
+        """An xarray.Dataset of q, v, p, p_dot, sigma and u with named coordinates, equations and controls, over time."""
+        return to_xarray(self)
 
     def html(self, title: str = "Motion") -> str:
         """A page that plays the motion."""

@@ -259,6 +259,13 @@ impl Motion {
         self.data.trajectory.to_csv(self.system(), &self.data.inputs).map_err(raised)
     }
 
+    /// The first line of the CSV.
+    fn csv_header(&self) -> PyResult<String> {
+        let mut empty = self.data.trajectory.clone();
+        empty.computed = 0;
+        empty.to_csv(self.system(), &self.data.inputs).map_err(raised)
+    }
+
     /// The motion as JSON, and its inputs.
     fn to_json(&self) -> PyResult<(String, String)> {
         let Data { inputs, trajectory } = &*self.data;
