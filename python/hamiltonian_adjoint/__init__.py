@@ -21,12 +21,13 @@
 from ._check import Report, check, check_gradient
 from ._errors import Error, FileError, InputError, MotionError, MotionWarning, OptimiseError, SceneError
 from ._expression import Condition, Expression, Symbol, maximum, minimum, t, where
+from ._free import Free, free, step_length
 from ._grid import steps_through
 from ._hamiltonian_adjoint import __version__
 from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event, Group, Joint, Marker, Output, Particle, Point, SpaceBody
 from ._identify import Table
 from ._objective import Objective
-from ._optimise import Free, Iterate, Optimum, free, minimise, step_length
+from ._optimise import Iterate, MultipleShooting, Optimum, Problem, lowest, minimise
 from ._robot import JointData, Robot
 from ._scene import Scene, after_event, at_event, cart_pendulum, constant, constant_speed, harmonic, node
 from ._solver import LongSolver, Motion, Solver, gradient, gradients, simulate
@@ -57,12 +58,14 @@ __all__ = [
     "Motion",
     "MotionError",
     "MotionWarning",
+    "MultipleShooting",
     "Objective",
     "OptimiseError",
     "Optimum",
     "Output",
     "Particle",
     "Point",
+    "Problem",
     "Report",
     "Robot",
     "Scene",
@@ -84,6 +87,7 @@ __all__ = [
     "gradient",
     "gradients",
     "harmonic",
+    "lowest",
     "maximum",
     "minimise",
     "minimum",

@@ -28,16 +28,10 @@ def robot(
     ignore_mimic: bool,
     accept_impossible_inertias: bool,
 ) -> tuple[str, dict[str, Any]]: ...
-def minimise(
-    system: System,
-    inputs: Any,
-    free: list[Any],
-    constraints: list[tuple[str, float, float]],
-    method: str,
-    given_options: dict[str, Any],
-    given_settings: dict[str, Any],
-    callback: Any,
-) -> dict[str, Any]: ...
+def start(problem: Any) -> tuple[list[float], list[str]]: ...
+def minimise(problem: Any, method: str, start: list[float] | None, given_options: dict[str, Any], callback: Any) -> dict[str, Any]: ...
+def multi_start(problem: Any, starts: list[list[float]], method: str, given_options: dict[str, Any]) -> list[dict[str, Any]]: ...
+def homotopy(problem: Any, set: Any, given_options: dict[str, Any], callback: Any) -> dict[str, Any]: ...
 
 class Scene:
     @property

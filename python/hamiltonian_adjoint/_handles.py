@@ -130,6 +130,11 @@ class Output(Named):
     __slots__ = ()
 
 
+def end_state_names(coordinate: str) -> tuple[str, str]:
+    """The names of the outputs of an end state."""
+    return f"value of {coordinate} at the end", f"rate of {coordinate} at the end"
+
+
 class Event(Named):
     """A function of the state whose zero is an event."""
 

@@ -2,82 +2,24 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from . import _hamiltonian_adjoint as _core
 from ._errors import InputError, warn
 from ._expression import Symbol
-from ._handles import Output
+from ._free import Free, interval, stated
+from ._handles import Coordinate, Output, end_state_names
 from ._solver import _checked
-from ._system import Array, Inputs, System
+from ._system import Array, Inputs, System, _index
 
 METHODS = ("interior point", "L-BFGS", "augmented Lagrangian", "Levenberg-Marquardt")
 _OPTIONS = ("iterations", "target", "stationarity", "violation", "memory", "first_step")
-_KINDS = {"u": "control", "b": "design", "q": "coordinate", "v": "rate"}
 
-
-@dataclass(frozen=True)
-class Free:
-    """A quantity that an optimiser may change."""
-
-    kind: str
-    name: str
-    count: int = 0
-    within: tuple[float, float] = (-math.inf, math.inf)
-    scale: float = 1.0
-    logarithm: bool = False
-
-
-def free(
-    quantity: Symbol | str,
-    *,
-    linear: int = 0,
-    pieces: int = 0,
-    spline: int = 0,
-    within: tuple[float, float] = (-math.inf, math.inf),
-    scale: float = 1.0,
-    logarithm: bool = False,
-) -> Free:
-    """A control, a design variable, an initial coordinate or an initial velocity `x.v` that an optimiser may change, or 'duration'.
-
-    A control is free at all nodes, or at a number of knots between which it is `linear`, in a number of `pieces`, or as a `spline` with a number of
-    coefficients. `scale` is the value of the quantity when the variable is 1; with `logarithm` the variable is the logarithm of the quantity.
-    """
-    forms = {"linear": linear, "pieces": pieces, "spline": spline}
-    given = [form for form, count in forms.items() if count]
-    if quantity == "duration" if isinstance(quantity, str) else False:
-        kind, name = "duration", "duration"
-    elif isinstance(quantity, Symbol) and quantity.list in _KINDS:
-        kind, name = _KINDS[quantity.list], quantity.name
-    else:
-        raise TypeError(f"a control, a design variable, a coordinate, a velocity or 'duration' can be free, not {quantity!r}")
-    if len(given) > 1 or given and kind != "control":
-        raise TypeError("only a control can be linear, in pieces or a spline, and only one of them")
-    made = Free(given[0] if given else kind, name, forms[given[0]] if given else 0)
-    return replace(made, within=_interval(within), scale=float(scale), logarithm=bool(logarithm))
-
-
-def step_length(step: int, *, within: tuple[float, float] = (-math.inf, math.inf), scale: float = 1.0) -> Free:
-    """The length of a step, counted from 1, as a free quantity."""
-    return Free("step", f"length of step {step}", int(step), _interval(within), float(scale))
-
-
-def _interval(within: Any) -> tuple[float, float]:
-    """Bounds; a single number is an equality, and None leaves a side open."""
-    if within is None:
-        return -math.inf, math.inf
-    if np.ndim(within) == 0:
-        return float(within), float(within)
-    try:
-        least, most = within
-    except (TypeError, ValueError):
-        raise InputError(f"bounds are a pair (least, most), not {within!r}") from None
-    return -math.inf if least is None else float(least), math.inf if most is None else float(most)
+Callback = Callable[["Iterate", np.ndarray], bool | None]
 
 
 class Iterate(NamedTuple):
@@ -127,6 +69,123 @@ class Optimum:
         return f"<optimum: {self.message}>"
 
 
+class Problem:
+    """The problem of minimising J over the free quantities, subject to bounds and to constraints on outputs, for several methods or starts.
+
+    `bounds` are pairs (least, most) for quantities in `free`. Outputs must be zero; `constraints` sets another value or a pair, or None to leave an output
+    free. Other keywords are settings of a Solver.
+    """
+
+    # The number of segments, names of states, guesses, and outputs in the cost.
+    _shooting: tuple[int, list[tuple[str, str, str]], list[tuple[bool, int, list[float]]], list[str]] | None = None
+
+    def __init__(
+        self,
+        system: System,
+        inputs: Inputs,
+        free: Iterable[Symbol | Free | str],
+        *,
+        bounds: Mapping[Symbol | str, Any] | None = None,
+        constraints: Mapping[Output | str, Any] | None = None,
+        **settings: Any,
+    ) -> None:
+        self.system, self.inputs, self.settings = system, _checked(inputs, system).copy(), settings
+        self._free = [(of.kind, of.name, of.count, of.within, of.scale, of.logarithm) for of in stated(free, bounds)]
+        self._constraints = [(_name(of), *interval(to)) for of, to in (constraints or {}).items()]
+
+    @property
+    def start(self) -> Array:
+        """The variables x of the inputs."""
+        return np.array(_core.start(self)[0])
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the variables."""
+        return _core.start(self)[1]
+
+    def minimise(self, method: str = "interior point", *, start: ArrayLike | None = None, callback: Callback | None = None, **options: Any) -> Optimum:
+        """Minimises from `start`, by default from the variables of the inputs.
+
+        Methods are 'interior point' (exact products of the Hessian), 'L-BFGS' and 'augmented Lagrangian' (gradients alone), and 'Levenberg-Marquardt'
+        (minimises the sum of squares of the outputs). `callback(iterate, x)` may return True to stop. Options are `iterations`, `target`, `stationarity`,
+        `violation`, `memory` and `first_step`.
+        """
+        found = self._minimise(method, start, callback, options)
+        warn(found.warnings)
+        return found
+
+    def _minimise(self, method: str, start: ArrayLike | None, callback: Callback | None, options: dict[str, Any]) -> Optimum:
+        x = None if start is None else _point(start)
+        return Optimum(self.system, _core.minimise(self, _method(method), x, options, _called(callback)))
+
+    def multi_start(self, starts: Iterable[ArrayLike], method: str = "interior point", **options: Any) -> list[Optimum]:
+        """Minimises from many starts on all cores, with the results in the order of the starts; `lowest` chooses the best."""
+        points = [_point(start) for start in starts]
+        found = [Optimum(self.system, of) for of in _core.multi_start(self, points, _method(method), options)]
+        warn([warning for of in found for warning in of.warnings])
+        return found
+
+    def homotopy(self, set: Callable[[Inputs, float], None], *, callback: Callback | None = None, **options: Any) -> Optimum:
+        """Solves a sequence of problems by 'interior point', each from the previous solution, while s grows from 0 to 1: `set(inputs, s)` changes the inputs.
+
+        If a problem is not solved, s grows by less. If s = 1 is not reached, the optimum has not converged and is that of the last s.
+        """
+
+        def changed(attributes: dict[str, Any], s: float) -> Inputs:
+            inputs = Inputs._of(self.system, attributes)
+            set(inputs, s)
+            return inputs
+
+        found = Optimum(self.system, _core.homotopy(self, changed, options, _called(callback)))
+        warn(found.warnings)
+        return found
+
+    def __repr__(self) -> str:
+        return f"<problem: {len(self.start)} variables, {self.inputs!r}>"
+
+
+class MultipleShooting(Problem):
+    """A problem whose motion is divided into segments, the initial states of which are variables: for ends that are too sensitive to the start.
+
+    `states` lists one coordinate for each degree of freedom; `scene.end_state` must have been called for each of them. `guess` contains values of
+    coordinates and velocities `x.v` at all nodes, or numbers. Outputs in `costs` are added to J instead of being constraints.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        inputs: Inputs,
+        free: Iterable[Symbol | Free | str],
+        states: Iterable[Coordinate | str],
+        segments: int,
+        *,
+        guess: Mapping[Symbol | str, ArrayLike] | None = None,
+        costs: Iterable[Output | str] = (),
+        bounds: Mapping[Symbol | str, Any] | None = None,
+        constraints: Mapping[Output | str, Any] | None = None,
+        **settings: Any,
+    ) -> None:
+        super().__init__(system, inputs, free, bounds=bounds, constraints=constraints, **settings)
+        names = [of if isinstance(of, str) else of.name for of in states]
+        ends = [(name, *end_state_names(name)) for name in names]
+        guesses = [self._guess(of, values) for of, values in (guess or {}).items()]
+        self._shooting = (int(segments), ends, guesses, [_name(of) for of in costs])
+
+    def _guess(self, of: Symbol | str, values: ArrayLike) -> tuple[bool, int, list[float]]:
+        which, i = _index(self.system, of)
+        if which not in ("q", "v"):
+            raise TypeError(f"a guess has coordinates and velocities such as `x.v`, not {of!r}")
+        nodes = len(self.inputs.steps) + 1
+        values = np.asarray(values, dtype=np.float64)
+        if values.shape not in ((), (nodes,)):
+            raise InputError(f"the guess of {of!r} has the shape {values.shape}; a number or {nodes} values, one for each node, are expected")
+        return which == "v", i, np.broadcast_to(values, nodes).tolist()
+
+    def homotopy(self, set: Any, **options: Any) -> Optimum:
+        """Not supported: use `inputs` of an optimum of a single motion, `Problem`."""
+        raise TypeError("a homotopy changes the inputs of a single motion; use `Problem`, or solve the problem with fewer and fewer segments")
+
+
 def minimise(
     system: System,
     inputs: Inputs,
@@ -135,42 +194,39 @@ def minimise(
     bounds: Mapping[Symbol | str, Any] | None = None,
     constraints: Mapping[Output | str, Any] | None = None,
     method: str = "interior point",
-    callback: Callable[[Iterate, np.ndarray], bool | None] | None = None,
+    callback: Callback | None = None,
     **keywords: Any,
 ) -> Optimum:
-    """Minimises J over the free quantities, subject to bounds and to constraints on outputs.
+    """Minimises J over the free quantities, subject to bounds and to constraints on outputs, as `Problem(…).minimise(method, …)`.
 
-    `bounds` are pairs (least, most) for quantities in `free`. Outputs must be zero; `constraints` sets another value or a pair, or None to leave an output
-    free. Methods are 'interior point' (exact products of the Hessian), 'L-BFGS' and 'augmented Lagrangian' (gradients alone), and 'Levenberg-Marquardt'
-    (minimises the sum of squares of the outputs). `callback(iterate, x)` may return True to stop. Other keywords are the options `iterations`, `target`,
-    `stationarity`, `violation`, `memory`, `first_step`, and settings of a Solver.
+    Keywords are the options of `Problem.minimise` and settings of a Solver.
     """
+    options = {name: keywords.pop(name) for name in _OPTIONS if name in keywords}
+    problem = Problem(system, inputs, free, bounds=bounds, constraints=constraints, **keywords)
+    found = problem._minimise(method, None, callback, options)
+    warn(found.warnings)
+    return found
+
+
+def lowest(found: Iterable[Optimum], violation: float = 1e-9) -> Optimum | None:
+    """The optimum with the lowest value among those whose violation is at most `violation`; the first of equal ones."""
+    good = [of for of in found if np.isfinite(of.value) and of.violation <= violation]
+    return min(good, key=lambda of: of.value, default=None)
+
+
+def _name(of: Output | str) -> str:
+    return of if isinstance(of, str) else of.name
+
+
+def _method(method: str) -> str:
     if method not in METHODS:
         raise InputError(f"there is no method '{method}'; the methods are {', '.join(repr(of) for of in METHODS)}")
-    if isinstance(free, (Symbol, Free, str)):
-        raise TypeError("`free` must be a list, such as [force]")
-    quantities = [of if isinstance(of, Free) else _free(of) for of in free]
-    for key, within in (bounds or {}).items():
-        wanted = _free(key)
-        places = [i for i, of in enumerate(quantities) if of.name == wanted.name and _subject(of) == _subject(wanted)]
-        if not places:
-            raise InputError(f"`bounds` has {wanted.kind} `{wanted.name}`, which is not free")
-        quantities[places[0]] = replace(quantities[places[0]], within=_interval(within))
-    asked = [(of if isinstance(of, str) else of.name, *_interval(to)) for of, to in (constraints or {}).items()]
-    options = {name: keywords.pop(name) for name in _OPTIONS if name in keywords}
-    given = [(of.kind, of.name, of.count, of.within, of.scale, of.logarithm) for of in quantities]
-
-    def called(iterate: Any, x: np.ndarray) -> bool | None:
-        return callback(Iterate(*iterate), x)  # type: ignore[misc]
-
-    found = _core.minimise(system, _checked(inputs, system), given, asked, method, options, keywords, called if callback else None)
-    warn(found["warnings"])
-    return Optimum(system, found)
+    return method
 
 
-def _free(of: Any) -> Free:
-    return of if isinstance(of, Free) else free(of)
+def _point(x: ArrayLike) -> list[float]:
+    return np.ravel(np.asarray(x, dtype=np.float64)).tolist()
 
 
-def _subject(of: Free) -> str:
-    return "control" if of.kind in ("linear", "pieces", "spline") else of.kind
+def _called(callback: Callback | None) -> Any:
+    return None if callback is None else lambda iterate, x: callback(Iterate(*iterate), x)

@@ -31,6 +31,7 @@ from ._handles import (
     Particle,
     Point,
     SpaceBody,
+    end_state_names,
 )
 from ._identify import checked_readings
 from ._parts import Parts
@@ -477,7 +478,8 @@ class Scene(Parts):
         """Adds a coordinate and its velocity at the end as outputs; optimisers leave them free unless they are constrained."""
         name = self._own(coordinate).name
         self._add("end state", name)
-        return Output(f"value of {name} at the end", self), Output(f"rate of {name} at the end", self)
+        position, rate = end_state_names(name)
+        return Output(position, self), Output(rate, self)
 
     def reading(self, name: str, coordinate: Coordinate, node: int, value: float, weight: float) -> None:
         """Adds the output w (q − value) of a coordinate at a node, for fits to measurements."""

@@ -8,6 +8,7 @@ mod convert;
 mod errors;
 mod identify;
 mod optimise;
+mod problem;
 mod robot;
 mod scene;
 mod signals;
@@ -31,7 +32,10 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(identify::steps_through, module)?)?;
     module.add_function(wrap_pyfunction!(identify::nodes_of_readings, module)?)?;
     module.add_function(wrap_pyfunction!(robot::robot, module)?)?;
+    module.add_function(wrap_pyfunction!(problem::start, module)?)?;
     module.add_function(wrap_pyfunction!(optimise::minimise, module)?)?;
+    module.add_function(wrap_pyfunction!(optimise::multi_start, module)?)?;
+    module.add_function(wrap_pyfunction!(optimise::homotopy, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     Ok(())
 }

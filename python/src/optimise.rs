@@ -1,46 +1,26 @@
 //! Optimisation of motions.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use hamiltonian_adjoint::optimize::{
-    Fit, Free, Interval, Iterate, MotionProblem, Options, Outcome, Quantity, Variables, augmented_lagrangian,
-    interior_point, lbfgs, levenberg_marquardt,
+    self, Fit, Iterate, MotionProblem, Options, Outcome, augmented_lagrangian, interior_point, lbfgs, levenberg_marquardt,
 };
-use hamiltonian_adjoint::{Error, System as Compiled};
+use hamiltonian_adjoint::{Error, Inputs, System as Compiled};
 use numpy::PyArray1;
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::convert::{Given, attributes, control_names, coordinate_names, matrix, number, settings, vector};
-use crate::errors::{raised, warnings, wrong_input};
-use crate::scene::System;
-use crate::signals::Signals;
+use crate::convert::{Given, attributes, matrix, vector};
+use crate::errors::{raised, warnings};
+use crate::problem::{GivenProblem, Problem};
+use crate::signals::{Signals, on_all_cores};
 
-/// A free quantity: its kind, its name, a number, bounds, scale, and whether the variable is its logarithm.
-#[derive(FromPyObject)]
-pub(crate) struct GivenFree(String, String, usize, (f64, f64), f64, bool);
-
-impl GivenFree {
-    fn free(&self, system: &Compiled) -> PyResult<Free> {
-        let GivenFree(kind, name, count, (least, most), scale, logarithm) = self;
-        let control = || number("control", name, control_names(system)).map(|k| system.control(k));
-        let coordinate = || number("coordinate", name, coordinate_names(system)).map(|i| system.coordinate(i));
-        let designs = || (0..system.designs()).map(|p| system.design_name(p));
-        let quantity = match kind.as_str() {
-            "control" => Quantity::Control(control()?),
-            "linear" => Quantity::LinearControl(control()?, *count),
-            "pieces" => Quantity::PiecewiseControl(control()?, *count),
-            "spline" => Quantity::SplineControl(control()?, *count),
-            "design" => Quantity::Design(number("design variable", name, designs()).map(|p| system.design(p))?),
-            "coordinate" => Quantity::Coordinate(coordinate()?),
-            "rate" => Quantity::Rate(coordinate()?),
-            "duration" => Quantity::Duration,
-            "step" => Quantity::StepLength(*count),
-            other => return Err(wrong_input(&format!("`{other}` cannot be free"))),
-        };
-        let free = Free::new(quantity).within(*least, *most).scaled(*scale);
-        Ok(if *logarithm { free.logarithmic() } else { free })
-    }
+fn unknown(option: &str) -> PyErr {
+    let known = "iterations, target, stationarity, violation, memory, first_step";
+    PyTypeError::new_err(format!("there is no option `{option}`; the options are {known}"))
 }
 
 /// Options from keywords.
@@ -54,38 +34,38 @@ fn options(given: &Bound<'_, PyDict>) -> PyResult<Options> {
             "violation" => options.violation = value.extract()?,
             "memory" => options.memory = value.extract()?,
             "first_step" => options.first_step = value.extract()?,
-            other => return Err(wrong_input(&format!("there is no option `{other}`"))),
+            other => return Err(unknown(other)),
         }
     }
     Ok(options)
 }
 
-/// Minimises J of a motion.
-#[pyfunction]
-#[allow(clippy::too_many_arguments, reason = "keywords of Python")]
-pub(crate) fn minimise<'py>(
-    py: Python<'py>,
-    system: &System,
-    inputs: Given<'py>,
-    free: Vec<GivenFree>,
-    constraints: Vec<(String, f64, f64)>,
+/// An outcome, and the fit that it belongs to.
+type Solved = (Outcome, Option<Fit>);
+
+/// Runs the method with a name.
+fn run(
     method: &str,
-    given_options: &Bound<'py, PyDict>,
-    given_settings: &Bound<'py, PyDict>,
-    callback: Option<Py<PyAny>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let of = &system.system;
-    let (inputs, options, signals) = (inputs.inputs(of)?, options(given_options)?, Signals::default());
-    let free = free.iter().map(|free| free.free(of)).collect::<PyResult<Vec<_>>>()?;
-    let variables = Variables::new(of, &inputs, free).map_err(raised)?;
-    let mut problem = MotionProblem::new(of, settings(Some(given_settings))?, inputs, variables).map_err(raised)?;
-    for (name, least, most) in constraints {
-        let output = number("output", &name, (0..of.outputs()).map(|k| of.output_name(k)))?;
-        problem.constrain(of.output(output), Interval::new(least, most));
+    problem: &mut dyn optimize::Problem,
+    start: &[f64],
+    options: &Options,
+    watch: &mut optimize::Watcher,
+) -> Result<Solved, Error> {
+    match method {
+        "L-BFGS" => Ok((lbfgs(problem, start, options, watch)?, None)),
+        "augmented Lagrangian" => Ok((augmented_lagrangian(problem, start, options, watch)?, None)),
+        "Levenberg-Marquardt" => {
+            let fit = levenberg_marquardt(problem, start, options, watch)?;
+            Ok((fit.outcome.clone(), Some(fit)))
+        }
+        _ => Ok((interior_point(problem, start, options, watch)?, None)),
     }
-    let (mut watch_motion, mut examine) = (signals.watcher(), signals.watcher());
-    problem.solver.watch(move |_| watch_motion());
-    let mut watch = |at: &Iterate, x: &[f64]| {
+}
+
+/// A callback of a method that examines signals and calls a function of Python, whose exception is kept.
+fn watcher(signals: &Signals, callback: Option<Py<PyAny>>) -> impl FnMut(&Iterate, &[f64]) -> ControlFlow<()> + Send {
+    let (signals, mut examine) = (signals.clone(), signals.watcher());
+    move |at, x| {
         examine()?;
         let Some(callback) = &callback else { return ControlFlow::Continue(()) };
         let stops = Python::attach(|py| {
@@ -99,24 +79,100 @@ pub(crate) fn minimise<'py>(
                 ControlFlow::Break(())
             }
         }
-    };
-    let start = problem.start();
-    let result: Result<(Outcome, Option<Fit>), Error> = py.detach(|| match method {
-        "L-BFGS" => Ok((lbfgs(&mut problem, &start, &options, &mut watch)?, None)),
-        "augmented Lagrangian" => Ok((augmented_lagrangian(&mut problem, &start, &options, &mut watch)?, None)),
-        "Levenberg-Marquardt" => {
-            let fit = levenberg_marquardt(&mut problem, &start, &options, &mut watch)?;
-            Ok((fit.outcome.clone(), Some(fit)))
-        }
-        _ => Ok((interior_point(&mut problem, &start, &options, &mut watch)?, None)),
-    });
+    }
+}
+
+/// Minimises from a start, by default from the variables of the inputs.
+#[pyfunction]
+pub(crate) fn minimise<'py>(
+    py: Python<'py>,
+    problem: GivenProblem<'py>,
+    method: &str,
+    start: Option<Vec<f64>>,
+    given_options: &Bound<'py, PyDict>,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (statement, options, signals) = (problem.statement()?, options(given_options)?, Signals::default());
+    let mut problem = statement.problem().map_err(raised)?;
+    problem.watch(signals.watcher());
+    let (start, mut watch) = (start.unwrap_or_else(|| problem.start()), watcher(&signals, callback));
+    let result = py.detach(|| run(method, problem.any(), &start, &options, &mut watch));
     signals.take()?;
-    let (outcome, fit) = result.map_err(raised)?;
-    let names: Vec<&str> = (0..problem.free().len()).map(|i| problem.free().name(i)).collect();
-    let all = described(py, &outcome, fit.as_ref(), &names)?;
-    all.set_item("names", names)?;
-    all.set_item("inputs", attributes(py, of, &problem.inputs_at(&outcome.x))?)?;
-    Ok(all)
+    described(py, &statement.system, &problem, &result.map_err(raised)?)
+}
+
+/// Minimises from many starts on all cores.
+#[pyfunction]
+pub(crate) fn multi_start<'py>(
+    py: Python<'py>,
+    problem: GivenProblem<'py>,
+    starts: Vec<Vec<f64>>,
+    method: &str,
+    given_options: &Bound<'py, PyDict>,
+) -> PyResult<Vec<Bound<'py, PyDict>>> {
+    let (statement, options) = (problem.statement()?, options(given_options)?);
+    let mut known = statement.problem().map_err(raised)?;
+    starts.iter().try_for_each(|start| options.fit(known.any(), start)).map_err(raised)?;
+    let worker = |stop: Arc<AtomicBool>| {
+        let mut problem = statement.problem();
+        let stops = stop.clone();
+        if let Ok(problem) = &mut problem {
+            problem.watch(move || stopped(&stops));
+        }
+        (problem, stop)
+    };
+    let work = |(problem, stop): &mut (Result<Problem, Error>, Arc<AtomicBool>), start: &Vec<f64>| {
+        let problem = problem.as_mut().map_err(|error| error.clone())?;
+        run(method, problem.any(), start, &options, &mut |_, _| stopped(stop))
+    };
+    let done = on_all_cores(py, &starts, worker, work)?;
+    done.into_iter().map(|solved| described(py, &statement.system, &known, &solved.map_err(raised)?)).collect()
+}
+
+fn stopped(stop: &AtomicBool) -> ControlFlow<()> {
+    if stop.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+}
+
+/// Solves a sequence of problems, whose inputs a function of Python changes.
+#[pyfunction]
+pub(crate) fn homotopy<'py>(
+    py: Python<'py>,
+    problem: GivenProblem<'py>,
+    set: Py<PyAny>,
+    given_options: &Bound<'py, PyDict>,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (statement, options, signals) = (problem.statement()?, options(given_options)?, Signals::default());
+    let mut motion = statement.motion().map_err(raised)?;
+    let mut watch_motion = signals.watcher();
+    motion.solver.watch(move |_| watch_motion());
+    let (start, mut watch) = (motion.start(), watcher(&signals, callback));
+    let mut is_over = false;
+    let mut set = |motion: &mut MotionProblem, s: f64| {
+        // After an exception, the function is not called again.
+        let interrupted = Error::Interrupted { done: 0, of: motion.solver.inputs().grid.nodes() };
+        if is_over {
+            return Err(interrupted);
+        }
+        match Python::attach(|py| changed(py, &statement.system, motion, &set, s)) {
+            Ok(inputs) => motion.change(|of| *of = inputs),
+            Err(error) => {
+                is_over = true;
+                signals.keep(error);
+                Err(interrupted)
+            }
+        }
+    };
+    let result = py.detach(|| optimize::homotopy(&mut motion, &start, &options, &mut set, &mut watch));
+    signals.take()?;
+    let outcome = result.map_err(raised)?;
+    described(py, &statement.system, &Problem::Motion(Box::new(motion)), &(outcome, None))
+}
+
+/// The inputs that a function of Python makes of the current ones.
+fn changed(py: Python<'_>, system: &Compiled, motion: &MotionProblem, set: &Py<PyAny>, s: f64) -> PyResult<Inputs> {
+    let current = attributes(py, system, &motion.inputs_at(&motion.start()))?;
+    set.bind(py).call1((current, s))?.extract::<Given<'_>>()?.inputs(system)
 }
 
 /// Value, violation, stationarity, step and evaluations.
@@ -124,8 +180,14 @@ fn iterate(at: &Iterate) -> (f64, f64, f64, f64, usize) {
     (at.value, at.violation, at.stationarity, at.step, at.evaluations)
 }
 
-fn described<'py>(py: Python<'py>, outcome: &Outcome, fit: Option<&Fit>, names: &[&str]) -> PyResult<Bound<'py, PyDict>> {
-    let all = PyDict::new(py);
+fn described<'py>(
+    py: Python<'py>,
+    system: &Compiled,
+    problem: &Problem,
+    (outcome, fit): &Solved,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (all, fit, names) = (PyDict::new(py), fit.as_ref(), problem.names());
+    all.set_item("inputs", attributes(py, system, &problem.inputs_at(&outcome.x))?)?;
     all.set_item("x", vector(py, &outcome.x))?;
     all.set_item("value", outcome.value)?;
     all.set_item("constraints", vector(py, &outcome.constraints))?;
@@ -147,6 +209,10 @@ fn described<'py>(py: Python<'py>, outcome: &Outcome, fit: Option<&Fit>, names: 
     all.set_item("chi_squared", fit.map(Fit::chi_squared))?;
     all.set_item("degrees_of_freedom", fit.map(Fit::degrees_of_freedom))?;
     all.set_item("grid_shifts", fit.and_then(Fit::grid_shifts).map(|shifts| vector(py, &shifts)))?;
-    all.set_item("undetermined", fit.map(|fit| fit.undetermined().into_iter().map(|i| names[i]).collect::<Vec<_>>()))?;
+    all.set_item(
+        "undetermined",
+        fit.map(|fit| fit.undetermined().into_iter().map(|i| names[i].clone()).collect::<Vec<_>>()),
+    )?;
+    all.set_item("names", names)?;
     Ok(all)
 }

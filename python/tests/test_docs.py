@@ -13,7 +13,7 @@ GUIDE = pathlib.Path(__file__).parent.parent.parent / "docs" / "python.md"
 def test_the_guide(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 8
+    assert len(blocks) == 9
     names: dict[str, object] = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ha.MotionWarning)

@@ -1,0 +1,201 @@
+//! Optimisation problems as Python states them.
+
+use std::ops::ControlFlow;
+
+use hamiltonian_adjoint::optimize::{
+    Free, Interval, MotionProblem, MultipleShooting, Problem as Optimised, Quantity, Variables,
+};
+use hamiltonian_adjoint::{EndState, Error, Inputs, Settings, System as Compiled};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::convert::{Given, control_names, coordinate_names, number, settings};
+use crate::errors::{raised, wrong_input};
+use crate::scene::System;
+
+/// A free quantity: its kind, its name, a number, bounds, scale, and whether the variable is its logarithm.
+#[derive(FromPyObject)]
+struct GivenFree(String, String, usize, (f64, f64), f64, bool);
+
+impl GivenFree {
+    fn free(&self, system: &Compiled) -> PyResult<Free> {
+        let GivenFree(kind, name, count, (least, most), scale, logarithm) = self;
+        let control = || number("control", name, control_names(system)).map(|k| system.control(k));
+        let coordinate = || number("coordinate", name, coordinate_names(system)).map(|i| system.coordinate(i));
+        let designs = || (0..system.designs()).map(|p| system.design_name(p));
+        let quantity = match kind.as_str() {
+            "control" => Quantity::Control(control()?),
+            "linear" => Quantity::LinearControl(control()?, *count),
+            "pieces" => Quantity::PiecewiseControl(control()?, *count),
+            "spline" => Quantity::SplineControl(control()?, *count),
+            "design" => Quantity::Design(number("design variable", name, designs()).map(|p| system.design(p))?),
+            "coordinate" => Quantity::Coordinate(coordinate()?),
+            "rate" => Quantity::Rate(coordinate()?),
+            "duration" => Quantity::Duration,
+            "step" => Quantity::StepLength(*count),
+            other => return Err(wrong_input(&format!("`{other}` cannot be free"))),
+        };
+        let free = Free::new(quantity).within(*least, *most).scaled(*scale);
+        Ok(if *logarithm { free.logarithmic() } else { free })
+    }
+}
+
+/// The attributes of `Problem` and `MultipleShooting` of Python.
+#[derive(FromPyObject)]
+pub(crate) struct GivenProblem<'py> {
+    system: Bound<'py, System>,
+    inputs: Given<'py>,
+    #[pyo3(attribute("_free"))]
+    free: Vec<GivenFree>,
+    #[pyo3(attribute("_constraints"))]
+    constraints: Vec<(String, f64, f64)>,
+    settings: Bound<'py, PyDict>,
+    #[pyo3(attribute("_shooting"))]
+    shooting: Option<GivenShooting>,
+}
+
+/// The number of segments, the names of their states and of the outputs of these at the end, guessed coordinates and velocities at all nodes, and the outputs that belong to the cost.
+#[derive(FromPyObject)]
+struct GivenShooting(usize, Vec<(String, String, String)>, Vec<(bool, usize, Vec<f64>)>, Vec<String>);
+
+/// A statement of a problem, from which each thread makes its own problem.
+pub(crate) struct Statement {
+    pub(crate) system: Compiled,
+    inputs: Inputs,
+    free: Vec<Free>,
+    /// Outputs by their numbers, with their intervals.
+    constraints: Vec<(usize, Interval)>,
+    settings: Settings,
+    shooting: Option<Shooting>,
+}
+
+struct Shooting {
+    segments: usize,
+    states: Vec<EndState>,
+    guess: Vec<(bool, usize, Vec<f64>)>,
+    minimised: Vec<usize>,
+}
+
+/// The number of an output.
+fn output(system: &Compiled, name: &str) -> PyResult<usize> {
+    number("output", name, (0..system.outputs()).map(|k| system.output_name(k)))
+}
+
+impl GivenProblem<'_> {
+    pub(crate) fn statement(&self) -> PyResult<Statement> {
+        let system = self.system.get().system.clone();
+        let interval = |(name, least, most): &(String, f64, f64)| Ok((output(&system, name)?, Interval::new(*least, *most)));
+        let shooting = self.shooting.as_ref().map(|of| of.shooting(&system)).transpose()?;
+        Ok(Statement {
+            inputs: self.inputs.inputs(&system)?,
+            free: self.free.iter().map(|free| free.free(&system)).collect::<PyResult<_>>()?,
+            constraints: self.constraints.iter().map(interval).collect::<PyResult<_>>()?,
+            settings: settings(Some(&self.settings))?,
+            shooting,
+            system,
+        })
+    }
+}
+
+impl GivenShooting {
+    fn shooting(&self, system: &Compiled) -> PyResult<Shooting> {
+        let GivenShooting(segments, states, guess, minimised) = self;
+        let end = |of: &str, name: &str| {
+            let missing =
+                format!("coordinate `{of}` has no end state; call `scene.end_state` for it before `scene.compile`");
+            output(system, name).map(|k| system.output(k)).map_err(|_| wrong_input(&missing))
+        };
+        let state = |(name, position, rate): &(String, String, String)| {
+            let coordinate = system.coordinate(number("coordinate", name, coordinate_names(system))?);
+            Ok(EndState { coordinate, position: end(name, position)?, rate: end(name, rate)? })
+        };
+        Ok(Shooting {
+            segments: *segments,
+            states: states.iter().map(state).collect::<PyResult<_>>()?,
+            guess: guess.clone(),
+            minimised: minimised.iter().map(|name| output(system, name)).collect::<PyResult<_>>()?,
+        })
+    }
+}
+
+/// A single motion, or one in segments.
+pub(crate) enum Problem {
+    Motion(Box<MotionProblem>),
+    Shooting(Box<MultipleShooting>),
+}
+
+impl Statement {
+    pub(crate) fn problem(&self) -> Result<Problem, Error> {
+        match &self.shooting {
+            None => Ok(Problem::Motion(Box::new(self.motion()?))),
+            Some(of) => Ok(Problem::Shooting(Box::new(self.segments(of)?))),
+        }
+    }
+
+    pub(crate) fn motion(&self) -> Result<MotionProblem, Error> {
+        let Statement { system, inputs, free, settings, .. } = self;
+        let variables = Variables::new(system, inputs, free.clone())?;
+        let mut problem = MotionProblem::new(system, *settings, inputs.clone(), variables)?;
+        self.constraints.iter().for_each(|(k, to)| problem.constrain(system.output(*k), *to));
+        Ok(problem)
+    }
+
+    fn segments(&self, of: &Shooting) -> Result<MultipleShooting, Error> {
+        let Statement { system, inputs, free, settings, .. } = self;
+        let mut problem = MultipleShooting::new(system, *settings, inputs.clone(), free.clone(), &of.states, of.segments)?;
+        problem.guess(|node, q, v| {
+            for (is_rate, i, values) in &of.guess {
+                (if *is_rate { &mut *v } else { &mut *q })[*i] = values[node];
+            }
+        })?;
+        of.minimised.iter().for_each(|k| problem.minimise(system.output(*k)));
+        self.constraints.iter().for_each(|(k, to)| problem.constrain(system.output(*k), *to));
+        Ok(problem)
+    }
+}
+
+impl Problem {
+    pub(crate) fn any(&mut self) -> &mut dyn Optimised {
+        match self {
+            Problem::Motion(of) => &mut **of,
+            Problem::Shooting(of) => &mut **of,
+        }
+    }
+
+    pub(crate) fn start(&self) -> Vec<f64> {
+        match self {
+            Problem::Motion(of) => of.start(),
+            Problem::Shooting(of) => of.start(),
+        }
+    }
+
+    pub(crate) fn inputs_at(&self, x: &[f64]) -> Inputs {
+        match self {
+            Problem::Motion(of) => of.inputs_at(x),
+            Problem::Shooting(of) => of.inputs_at(x),
+        }
+    }
+
+    /// Stops the computations of motions if the callback returns `Break`.
+    pub(crate) fn watch(&mut self, mut callback: impl FnMut() -> ControlFlow<()> + Send + 'static) {
+        match self {
+            Problem::Motion(of) => of.solver.watch(move |_| callback()),
+            Problem::Shooting(of) => of.watch(move |_| callback()),
+        }
+    }
+
+    pub(crate) fn names(&self) -> Vec<String> {
+        let names = |of: &dyn Optimised| (0..of.variables()).map(|i| of.variable_name(i)).collect();
+        match self {
+            Problem::Motion(of) => names(&**of),
+            Problem::Shooting(of) => names(&**of),
+        }
+    }
+}
+
+/// The variables of the inputs, and their names.
+#[pyfunction]
+pub(crate) fn start(problem: GivenProblem<'_>) -> PyResult<(Vec<f64>, Vec<String>)> {
+    let problem = problem.statement()?.problem().map_err(raised)?;
+    Ok((problem.start(), problem.names()))
+}
