@@ -20,6 +20,7 @@
 
 from ._check import Report, check, check_gradient
 from ._errors import Error, FileError, InputError, MotionError, MotionWarning, OptimiseError, SceneError
+from ._estimate import Derivative, Estimate, estimate
 from ._expression import Condition, Expression, Symbol, maximum, minimum, t, where
 from ._free import Free, free, step_length
 from ._grid import steps_through
@@ -38,9 +39,11 @@ __all__ = [
     "Condition",
     "Control",
     "Coordinate",
+    "Derivative",
     "Design",
     "Equation",
     "Error",
+    "Estimate",
     "Event",
     "Expression",
     "FileError",
@@ -83,6 +86,7 @@ __all__ = [
     "check_gradient",
     "constant",
     "constant_speed",
+    "estimate",
     "free",
     "gradient",
     "gradients",

@@ -40,7 +40,7 @@ pub(crate) fn check_gradient(
     let inputs = inputs.inputs(&of)?;
     let names = (0..of.outputs()).map(|k| of.output_name(k));
     let output = output.map(|name| number("output", name, names)).transpose()?.map(|k| of.output(k));
-    let thread = std::thread::spawn(move || {
+    let run = move || {
         let mut check = check::gradient(&of, &inputs, settings).tolerance(tolerance).directions(directions, seed);
         if let Some(output) = output {
             check = check.output(output);
@@ -49,12 +49,18 @@ pub(crate) fn check_gradient(
             check = check.complete();
         }
         check.run().map(|report| checked(report.passed(), report.verdict(), report.to_string()))
-    });
+    };
+    in_background(py, run)?.map_err(raised)
+}
+
+/// Computes in a thread of its own, without the lock of the interpreter. Ctrl-C leaves the computation, whose thread ends later.
+pub(crate) fn in_background<T: Send + 'static>(py: Python<'_>, compute: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
+    let thread = std::thread::spawn(compute);
     while !thread.is_finished() {
         py.detach(|| std::thread::sleep(Duration::from_millis(1)));
         py.check_signals()?;
     }
-    thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)).map_err(raised)
+    Ok(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
 }
 
 fn strings(list: &[String]) -> Vec<&str> {

@@ -6,6 +6,7 @@
 mod check;
 mod convert;
 mod errors;
+mod estimate;
 mod identify;
 mod optimise;
 mod problem;
@@ -28,6 +29,7 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(solver::gradients, module)?)?;
     module.add_function(wrap_pyfunction!(check::check_gradient, module)?)?;
     module.add_function(wrap_pyfunction!(check::check_function, module)?)?;
+    module.add_function(wrap_pyfunction!(estimate::estimate, module)?)?;
     module.add_function(wrap_pyfunction!(identify::table, module)?)?;
     module.add_function(wrap_pyfunction!(identify::steps_through, module)?)?;
     module.add_function(wrap_pyfunction!(identify::nodes_of_readings, module)?)?;

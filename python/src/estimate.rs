@@ -1,0 +1,37 @@
+//! J and its gradient with estimates of their errors.
+
+use hamiltonian_adjoint as ha;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::check::in_background;
+use crate::convert::{Given, derivatives, settings};
+use crate::errors::raised;
+use crate::scene::System;
+
+/// The attributes of `Estimate` of Python. Ctrl-C leaves the computation, whose thread ends later.
+#[pyfunction]
+#[pyo3(signature = (system, inputs, **keywords))]
+pub(crate) fn estimate<'py>(
+    py: Python<'py>,
+    system: &System,
+    inputs: Given<'_>,
+    keywords: Option<&Bound<'_, PyDict>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (of, settings) = (system.system.clone(), settings(keywords)?);
+    let inputs = inputs.inputs(&of)?;
+    let found = in_background(py, move || ha::estimate(&of, &inputs, settings))?.map_err(raised)?;
+    let bounds = found.derivatives.iter().map(|one| (one.of.as_str(), one.value, one.uncertainty));
+    let all = PyDict::new(py);
+    all.set_item("text", found.to_string())?;
+    all.set_item("value", found.value)?;
+    all.set_item("gradient", derivatives(py, &found.gradient)?)?;
+    all.set_item("uncertainty", found.uncertainty)?;
+    all.set_item("gradient_uncertainty", found.gradient_uncertainty)?;
+    all.set_item("derivatives", bounds.collect::<Vec<_>>())?;
+    all.set_item("corrected", found.corrected.as_ref().map(|of| derivatives(py, of)).transpose()?)?;
+    all.set_item("residual", found.residual)?;
+    all.set_item("largest", found.largest)?;
+    all.set_item("withdrawn", found.withdrawn.as_ref().map(ToString::to_string))?;
+    Ok(all)
+}
