@@ -28,7 +28,8 @@ from ._hamiltonian_adjoint import __version__
 from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event, Group, Joint, Marker, Output, Particle, Point, SpaceBody
 from ._identify import Table
 from ._objective import Objective
-from ._optimise import Iterate, MultipleShooting, Optimum, Problem, lowest, minimise
+from ._optimise import MultipleShooting, Problem, Trials, minimise
+from ._optimum import Iterate, Optimum, lowest
 from ._robot import JointData, Robot
 from ._scene import Scene, after_event, at_event, cart_pendulum, constant, constant_speed, harmonic, node
 from ._solver import LongSolver, Motion, Solver, gradient, gradients, simulate
@@ -78,6 +79,7 @@ __all__ = [
     "Symbol",
     "System",
     "Table",
+    "Trials",
     "__version__",
     "after_event",
     "at_event",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,85 +13,22 @@ from ._errors import InputError, warn
 from ._expression import Symbol
 from ._free import Free, interval, stated
 from ._handles import Coordinate, Output, end_state_names
+from ._optimum import Iterate, Optimum
 from ._solver import _checked
 from ._system import Array, Inputs, System, _index
 
 METHODS = ("interior point", "L-BFGS", "augmented Lagrangian", "Levenberg-Marquardt")
 _OPTIONS = ("iterations", "target", "stationarity", "violation", "memory", "first_step")
 
-Callback = Callable[["Iterate", np.ndarray], bool | None]
+Callback = Callable[[Iterate, np.ndarray], bool | None]
 
 
-class Iterate(NamedTuple):
-    """An iterate of a method."""
+class _Stated:
+    """The methods of all problems."""
 
-    value: float
-    violation: float
-    stationarity: float
-    step: float
-    evaluations: int
-
-
-class Optimum:
-    """The result of `minimise`, converged or not: the best point `x`, its `inputs`, and how it was found."""
-
-    x: Array
-    names: list[str]
-    value: float
-    inputs: Inputs
-    constraints: Array
-    violation: float
-    multipliers: Array
-    reason: str
-    converged: bool
-    message: str
-    iterations: int
-    evaluations: int
-    gradients: int
-    products: int
-    history: list[Iterate]
-    warnings: list[tuple[str, str]]
-    first_failure: str | None
-    # Of 'Levenberg-Marquardt' only.
-    standard_errors: Array | None
-    covariance: Array | None
-    chi_squared: float | None
-    degrees_of_freedom: int | None
-    grid_shifts: Array | None
-    undetermined: list[str] | None
-
-    def __init__(self, system: System, attributes: dict[str, Any]) -> None:
-        self.__dict__.update(attributes)
-        self.inputs = Inputs._of(system, attributes["inputs"])
-        self.history = [Iterate(*of) for of in attributes["history"]]
-
-    def __repr__(self) -> str:
-        return f"<optimum: {self.message}>"
-
-
-class Problem:
-    """The problem of minimising J over the free quantities, subject to bounds and to constraints on outputs, for several methods or starts.
-
-    `bounds` are pairs (least, most) for quantities in `free`. Outputs must be zero; `constraints` sets another value or a pair, or None to leave an output
-    free. Other keywords are settings of a Solver.
-    """
-
+    _motions: list[Problem]
     # The number of segments, names of states, guesses, and outputs in the cost.
     _shooting: tuple[int, list[tuple[str, str, str]], list[tuple[bool, int, list[float]]], list[str]] | None = None
-
-    def __init__(
-        self,
-        system: System,
-        inputs: Inputs,
-        free: Iterable[Symbol | Free | str],
-        *,
-        bounds: Mapping[Symbol | str, Any] | None = None,
-        constraints: Mapping[Output | str, Any] | None = None,
-        **settings: Any,
-    ) -> None:
-        self.system, self.inputs, self.settings = system, _checked(inputs, system).copy(), settings
-        self._free = [(of.kind, of.name, of.count, of.within, of.scale, of.logarithm) for of in stated(free, bounds)]
-        self._constraints = [(_name(of), *interval(to)) for of, to in (constraints or {}).items()]
 
     @property
     def start(self) -> Array:
@@ -116,14 +53,43 @@ class Problem:
 
     def _minimise(self, method: str, start: ArrayLike | None, callback: Callback | None, options: dict[str, Any]) -> Optimum:
         x = None if start is None else _point(start)
-        return Optimum(self.system, _core.minimise(self, _method(method), x, options, _called(callback)))
+        return self._optimum(_core.minimise(self, _method(method), x, options, _called(callback)))
 
     def multi_start(self, starts: Iterable[ArrayLike], method: str = "interior point", **options: Any) -> list[Optimum]:
         """Minimises from many starts on all cores, with the results in the order of the starts; `lowest` chooses the best."""
         points = [_point(start) for start in starts]
-        found = [Optimum(self.system, of) for of in _core.multi_start(self, points, _method(method), options)]
+        found = [self._optimum(of) for of in _core.multi_start(self, points, _method(method), options)]
         warn([warning for of in found for warning in of.warnings])
         return found
+
+    def _optimum(self, attributes: dict[str, Any]) -> Optimum:
+        return Optimum([of.system for of in self._motions], attributes)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} of {len(self.start)} variables>"
+
+
+class Problem(_Stated):
+    """The problem of minimising J over the free quantities, subject to bounds and to constraints on outputs, for several methods or starts.
+
+    `bounds` are pairs (least, most) for quantities in `free`. Outputs must be zero; `constraints` sets another value or a pair, or None to leave an output
+    free. Other keywords are settings of a Solver.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        inputs: Inputs,
+        free: Iterable[Symbol | Free | str],
+        *,
+        bounds: Mapping[Symbol | str, Any] | None = None,
+        constraints: Mapping[Output | str, Any] | None = None,
+        **settings: Any,
+    ) -> None:
+        self.system, self.inputs, self.settings = system, _checked(inputs, system).copy(), settings
+        self._free = [(of.kind, of.name, of.count, of.within, of.scale, of.logarithm) for of in stated(free, bounds)]
+        self._constraints = [(_name(of), *interval(to)) for of, to in (constraints or {}).items()]
+        self._motions = [self]
 
     def homotopy(self, set: Callable[[Inputs, float], None], *, callback: Callback | None = None, **options: Any) -> Optimum:
         """Solves a sequence of problems by 'interior point', each from the previous solution, while s grows from 0 to 1: `set(inputs, s)` changes the inputs.
@@ -136,15 +102,12 @@ class Problem:
             set(inputs, s)
             return inputs
 
-        found = Optimum(self.system, _core.homotopy(self, changed, options, _called(callback)))
+        found = self._optimum(_core.homotopy(self, changed, options, _called(callback)))
         warn(found.warnings)
         return found
 
-    def __repr__(self) -> str:
-        return f"<problem: {len(self.start)} variables, {self.inputs!r}>"
 
-
-class MultipleShooting(Problem):
+class MultipleShooting(_Stated):
     """A problem whose motion is divided into segments, the initial states of which are variables: for ends that are too sensitive to the start.
 
     `states` lists one coordinate for each degree of freedom; `scene.end_state` must have been called for each of them. `guess` contains values of
@@ -165,25 +128,23 @@ class MultipleShooting(Problem):
         constraints: Mapping[Output | str, Any] | None = None,
         **settings: Any,
     ) -> None:
-        super().__init__(system, inputs, free, bounds=bounds, constraints=constraints, **settings)
+        self._motions = [Problem(system, inputs, free, bounds=bounds, constraints=constraints, **settings)]
         names = [of if isinstance(of, str) else of.name for of in states]
         ends = [(name, *end_state_names(name)) for name in names]
-        guesses = [self._guess(of, values) for of, values in (guess or {}).items()]
+        guesses = [_guess(inputs, of, values) for of, values in (guess or {}).items()]
         self._shooting = (int(segments), ends, guesses, [_name(of) for of in costs])
 
-    def _guess(self, of: Symbol | str, values: ArrayLike) -> tuple[bool, int, list[float]]:
-        which, i = _index(self.system, of)
-        if which not in ("q", "v"):
-            raise TypeError(f"a guess has coordinates and velocities such as `x.v`, not {of!r}")
-        nodes = len(self.inputs.steps) + 1
-        values = np.asarray(values, dtype=np.float64)
-        if values.shape not in ((), (nodes,)):
-            raise InputError(f"the guess of {of!r} has the shape {values.shape}; a number or {nodes} values, one for each node, are expected")
-        return which == "v", i, np.broadcast_to(values, nodes).tolist()
 
-    def homotopy(self, set: Any, **options: Any) -> Optimum:
-        """Not supported: use `inputs` of an optimum of a single motion, `Problem`."""
-        raise TypeError("a homotopy changes the inputs of a single motion; use `Problem`, or solve the problem with fewer and fewer segments")
+class Trials(_Stated):
+    """Several problems with the same variables, such as experiments with different starts or forces: the sum of their costs and all their outputs.
+
+    `trials` of an optimum are the inputs of each motion.
+    """
+
+    def __init__(self, problems: Iterable[Problem]) -> None:
+        self._motions = list(problems)
+        if not self._motions or not all(isinstance(of, Problem) for of in self._motions):
+            raise TypeError("trials are a list of one or more instances of `Problem`")
 
 
 def minimise(
@@ -208,14 +169,19 @@ def minimise(
     return found
 
 
-def lowest(found: Iterable[Optimum], violation: float = 1e-9) -> Optimum | None:
-    """The optimum with the lowest value among those whose violation is at most `violation`; the first of equal ones."""
-    good = [of for of in found if np.isfinite(of.value) and of.violation <= violation]
-    return min(good, key=lambda of: of.value, default=None)
-
-
 def _name(of: Output | str) -> str:
     return of if isinstance(of, str) else of.name
+
+
+def _guess(inputs: Inputs, of: Symbol | str, values: ArrayLike) -> tuple[bool, int, list[float]]:
+    which, i = _index(inputs.system, of)
+    if which not in ("q", "v"):
+        raise TypeError(f"a guess has coordinates and velocities such as `x.v`, not {of!r}")
+    nodes = len(inputs.steps) + 1
+    values = np.asarray(values, dtype=np.float64)
+    if values.shape not in ((), (nodes,)):
+        raise InputError(f"the guess of {of!r} has the shape {values.shape}; a number or {nodes} values, one for each node, are expected")
+    return which == "v", i, np.broadcast_to(values, nodes).tolist()
 
 
 def _method(method: str) -> str:

@@ -15,7 +15,7 @@ use pyo3::types::PyDict;
 
 use crate::convert::{Given, attributes, matrix, vector};
 use crate::errors::{raised, warnings};
-use crate::problem::{GivenProblem, Problem};
+use crate::problem::{GivenProblem, Problem, Statement};
 use crate::signals::{Signals, on_all_cores};
 
 fn unknown(option: &str) -> PyErr {
@@ -93,12 +93,11 @@ pub(crate) fn minimise<'py>(
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (statement, options, signals) = (problem.statement()?, options(given_options)?, Signals::default());
-    let mut problem = statement.problem().map_err(raised)?;
-    problem.watch(signals.watcher());
+    let mut problem = statement.problem(|| signals.watcher()).map_err(raised)?;
     let (start, mut watch) = (start.unwrap_or_else(|| problem.start()), watcher(&signals, callback));
     let result = py.detach(|| run(method, problem.any(), &start, &options, &mut watch));
     signals.take()?;
-    described(py, &statement.system, &problem, &result.map_err(raised)?)
+    described(py, &statement, &problem, &result.map_err(raised)?)
 }
 
 /// Minimises from many starts on all cores.
@@ -111,22 +110,21 @@ pub(crate) fn multi_start<'py>(
     given_options: &Bound<'py, PyDict>,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let (statement, options) = (problem.statement()?, options(given_options)?);
-    let mut known = statement.problem().map_err(raised)?;
+    let mut known = statement.unwatched().map_err(raised)?;
     starts.iter().try_for_each(|start| options.fit(known.any(), start)).map_err(raised)?;
     let worker = |stop: Arc<AtomicBool>| {
-        let mut problem = statement.problem();
-        let stops = stop.clone();
-        if let Ok(problem) = &mut problem {
-            problem.watch(move || stopped(&stops));
-        }
-        (problem, stop)
+        let watcher = || {
+            let stop = stop.clone();
+            move || stopped(&stop)
+        };
+        (statement.problem(watcher), stop.clone())
     };
     let work = |(problem, stop): &mut (Result<Problem, Error>, Arc<AtomicBool>), start: &Vec<f64>| {
         let problem = problem.as_mut().map_err(|error| error.clone())?;
         run(method, problem.any(), start, &options, &mut |_, _| stopped(stop))
     };
     let done = on_all_cores(py, &starts, worker, work)?;
-    done.into_iter().map(|solved| described(py, &statement.system, &known, &solved.map_err(raised)?)).collect()
+    done.into_iter().map(|solved| described(py, &statement, &known, &solved.map_err(raised)?)).collect()
 }
 
 fn stopped(stop: &AtomicBool) -> ControlFlow<()> {
@@ -143,9 +141,8 @@ pub(crate) fn homotopy<'py>(
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (statement, options, signals) = (problem.statement()?, options(given_options)?, Signals::default());
-    let mut motion = statement.motion().map_err(raised)?;
-    let mut watch_motion = signals.watcher();
-    motion.solver.watch(move |_| watch_motion());
+    let [of] = &statement.motions[..] else { return Err(PyTypeError::new_err("a homotopy has one motion")) };
+    let mut motion = of.problem(signals.watcher()).map_err(raised)?;
     let (start, mut watch) = (motion.start(), watcher(&signals, callback));
     let mut is_over = false;
     let mut set = |motion: &mut MotionProblem, s: f64| {
@@ -154,7 +151,7 @@ pub(crate) fn homotopy<'py>(
         if is_over {
             return Err(interrupted);
         }
-        match Python::attach(|py| changed(py, &statement.system, motion, &set, s)) {
+        match Python::attach(|py| changed(py, &of.system, motion, &set, s)) {
             Ok(inputs) => motion.change(|of| *of = inputs),
             Err(error) => {
                 is_over = true;
@@ -166,7 +163,7 @@ pub(crate) fn homotopy<'py>(
     let result = py.detach(|| optimize::homotopy(&mut motion, &start, &options, &mut set, &mut watch));
     signals.take()?;
     let outcome = result.map_err(raised)?;
-    described(py, &statement.system, &Problem::Motion(Box::new(motion)), &(outcome, None))
+    described(py, &statement, &Problem::Motion(Box::new(motion)), &(outcome, None))
 }
 
 /// The inputs that a function of Python makes of the current ones.
@@ -182,12 +179,14 @@ fn iterate(at: &Iterate) -> (f64, f64, f64, f64, usize) {
 
 fn described<'py>(
     py: Python<'py>,
-    system: &Compiled,
+    statement: &Statement,
     problem: &Problem,
     (outcome, fit): &Solved,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (all, fit, names) = (PyDict::new(py), fit.as_ref(), problem.names());
-    all.set_item("inputs", attributes(py, system, &problem.inputs_at(&outcome.x))?)?;
+    let inputs = statement.motions.iter().zip(problem.inputs_at(&outcome.x));
+    let inputs = inputs.map(|(motion, inputs)| attributes(py, &motion.system, &inputs));
+    all.set_item("inputs", inputs.collect::<PyResult<Vec<_>>>()?)?;
     all.set_item("x", vector(py, &outcome.x))?;
     all.set_item("value", outcome.value)?;
     all.set_item("constraints", vector(py, &outcome.constraints))?;

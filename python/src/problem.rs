@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 
 use hamiltonian_adjoint::optimize::{
-    Free, Interval, MotionProblem, MultipleShooting, Problem as Optimised, Quantity, Variables,
+    Free, Interval, MotionProblem, MultipleShooting, Problem as Optimised, Quantity, Trials, Variables,
 };
 use hamiltonian_adjoint::{EndState, Error, Inputs, Settings, System as Compiled};
 use pyo3::prelude::*;
@@ -40,9 +40,18 @@ impl GivenFree {
     }
 }
 
-/// The attributes of `Problem` and `MultipleShooting` of Python.
+/// The motions of a problem of Python, and their division into segments.
 #[derive(FromPyObject)]
 pub(crate) struct GivenProblem<'py> {
+    #[pyo3(attribute("_motions"))]
+    motions: Vec<GivenMotion<'py>>,
+    #[pyo3(attribute("_shooting"))]
+    shooting: Option<GivenShooting>,
+}
+
+/// The attributes of `Problem` of Python.
+#[derive(FromPyObject)]
+struct GivenMotion<'py> {
     system: Bound<'py, System>,
     inputs: Given<'py>,
     #[pyo3(attribute("_free"))]
@@ -50,8 +59,6 @@ pub(crate) struct GivenProblem<'py> {
     #[pyo3(attribute("_constraints"))]
     constraints: Vec<(String, f64, f64)>,
     settings: Bound<'py, PyDict>,
-    #[pyo3(attribute("_shooting"))]
-    shooting: Option<GivenShooting>,
 }
 
 /// The number of segments, the names of their states and of the outputs of these at the end, guessed coordinates and velocities at all nodes, and the outputs that belong to the cost.
@@ -60,13 +67,18 @@ struct GivenShooting(usize, Vec<(String, String, String)>, Vec<(bool, usize, Vec
 
 /// A statement of a problem, from which each thread makes its own problem.
 pub(crate) struct Statement {
+    pub(crate) motions: Vec<Motion>,
+    shooting: Option<Shooting>,
+}
+
+/// A statement of a problem of one motion.
+pub(crate) struct Motion {
     pub(crate) system: Compiled,
     inputs: Inputs,
     free: Vec<Free>,
     /// Outputs by their numbers, with their intervals.
     constraints: Vec<(usize, Interval)>,
     settings: Settings,
-    shooting: Option<Shooting>,
 }
 
 struct Shooting {
@@ -83,15 +95,24 @@ fn output(system: &Compiled, name: &str) -> PyResult<usize> {
 
 impl GivenProblem<'_> {
     pub(crate) fn statement(&self) -> PyResult<Statement> {
+        let motions = self.motions.iter().map(GivenMotion::motion).collect::<PyResult<Vec<_>>>()?;
+        let shooting = match (&self.shooting, motions.first()) {
+            (Some(of), Some(motion)) => Some(of.shooting(&motion.system)?),
+            _ => None,
+        };
+        Ok(Statement { motions, shooting })
+    }
+}
+
+impl GivenMotion<'_> {
+    fn motion(&self) -> PyResult<Motion> {
         let system = self.system.get().system.clone();
         let interval = |(name, least, most): &(String, f64, f64)| Ok((output(&system, name)?, Interval::new(*least, *most)));
-        let shooting = self.shooting.as_ref().map(|of| of.shooting(&system)).transpose()?;
-        Ok(Statement {
+        Ok(Motion {
             inputs: self.inputs.inputs(&system)?,
             free: self.free.iter().map(|free| free.free(&system)).collect::<PyResult<_>>()?,
             constraints: self.constraints.iter().map(interval).collect::<PyResult<_>>()?,
             settings: settings(Some(&self.settings))?,
-            shooting,
             system,
         })
     }
@@ -118,30 +139,54 @@ impl GivenShooting {
     }
 }
 
-/// A single motion, or one in segments.
+/// A single motion, one in segments, or several motions.
 pub(crate) enum Problem {
     Motion(Box<MotionProblem>),
     Shooting(Box<MultipleShooting>),
+    Trials(Trials),
 }
 
 impl Statement {
-    pub(crate) fn problem(&self) -> Result<Problem, Error> {
-        match &self.shooting {
-            None => Ok(Problem::Motion(Box::new(self.motion()?))),
-            Some(of) => Ok(Problem::Shooting(Box::new(self.segments(of)?))),
+    /// The problem; each motion stops if its callback returns `Break`.
+    pub(crate) fn problem<W>(&self, watcher: impl Fn() -> W) -> Result<Problem, Error>
+    where
+        W: FnMut() -> ControlFlow<()> + Send + 'static,
+    {
+        match (&self.motions[..], &self.shooting) {
+            ([motion], None) => Ok(Problem::Motion(Box::new(motion.problem(watcher())?))),
+            ([motion], Some(of)) => Ok(Problem::Shooting(Box::new(motion.in_segments(of, watcher())?))),
+            (motions, _) => {
+                let motions = motions.iter().map(|motion| motion.problem(watcher())).collect::<Result<_, Error>>()?;
+                Ok(Problem::Trials(Trials::new(motions)?))
+            }
         }
     }
 
-    pub(crate) fn motion(&self) -> Result<MotionProblem, Error> {
-        let Statement { system, inputs, free, settings, .. } = self;
+    /// The problem without a callback.
+    pub(crate) fn unwatched(&self) -> Result<Problem, Error> {
+        self.problem(|| || ControlFlow::Continue(()))
+    }
+}
+
+impl Motion {
+    pub(crate) fn problem(
+        &self,
+        mut watch: impl FnMut() -> ControlFlow<()> + Send + 'static,
+    ) -> Result<MotionProblem, Error> {
+        let Motion { system, inputs, free, settings, .. } = self;
         let variables = Variables::new(system, inputs, free.clone())?;
         let mut problem = MotionProblem::new(system, *settings, inputs.clone(), variables)?;
         self.constraints.iter().for_each(|(k, to)| problem.constrain(system.output(*k), *to));
+        problem.solver.watch(move |_| watch());
         Ok(problem)
     }
 
-    fn segments(&self, of: &Shooting) -> Result<MultipleShooting, Error> {
-        let Statement { system, inputs, free, settings, .. } = self;
+    fn in_segments(
+        &self,
+        of: &Shooting,
+        mut watch: impl FnMut() -> ControlFlow<()> + Send + 'static,
+    ) -> Result<MultipleShooting, Error> {
+        let Motion { system, inputs, free, settings, .. } = self;
         let mut problem = MultipleShooting::new(system, *settings, inputs.clone(), free.clone(), &of.states, of.segments)?;
         problem.guess(|node, q, v| {
             for (is_rate, i, values) in &of.guess {
@@ -150,6 +195,7 @@ impl Statement {
         })?;
         of.minimised.iter().for_each(|k| problem.minimise(system.output(*k)));
         self.constraints.iter().for_each(|(k, to)| problem.constrain(system.output(*k), *to));
+        problem.watch(move |_| watch());
         Ok(problem)
     }
 }
@@ -159,6 +205,7 @@ impl Problem {
         match self {
             Problem::Motion(of) => &mut **of,
             Problem::Shooting(of) => &mut **of,
+            Problem::Trials(of) => of,
         }
     }
 
@@ -166,21 +213,16 @@ impl Problem {
         match self {
             Problem::Motion(of) => of.start(),
             Problem::Shooting(of) => of.start(),
+            Problem::Trials(of) => of.motions()[0].start(),
         }
     }
 
-    pub(crate) fn inputs_at(&self, x: &[f64]) -> Inputs {
+    /// The inputs of each motion at a point.
+    pub(crate) fn inputs_at(&self, x: &[f64]) -> Vec<Inputs> {
         match self {
-            Problem::Motion(of) => of.inputs_at(x),
-            Problem::Shooting(of) => of.inputs_at(x),
-        }
-    }
-
-    /// Stops the computations of motions if the callback returns `Break`.
-    pub(crate) fn watch(&mut self, mut callback: impl FnMut() -> ControlFlow<()> + Send + 'static) {
-        match self {
-            Problem::Motion(of) => of.solver.watch(move |_| callback()),
-            Problem::Shooting(of) => of.watch(move |_| callback()),
+            Problem::Motion(of) => vec![of.inputs_at(x)],
+            Problem::Shooting(of) => vec![of.inputs_at(x)],
+            Problem::Trials(of) => of.motions().iter().map(|motion| motion.inputs_at(x)).collect(),
         }
     }
 
@@ -189,6 +231,7 @@ impl Problem {
         match self {
             Problem::Motion(of) => names(&**of),
             Problem::Shooting(of) => names(&**of),
+            Problem::Trials(of) => names(of),
         }
     }
 }
@@ -196,6 +239,6 @@ impl Problem {
 /// The variables of the inputs, and their names.
 #[pyfunction]
 pub(crate) fn start(problem: GivenProblem<'_>) -> PyResult<(Vec<f64>, Vec<String>)> {
-    let problem = problem.statement()?.problem().map_err(raised)?;
+    let problem = problem.statement()?.unwatched().map_err(raised)?;
     Ok((problem.start(), problem.names()))
 }

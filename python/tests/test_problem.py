@@ -26,7 +26,7 @@ def test_a_problem_is_a_statement():
     x, force, mass, position, speed, system, inputs = block()
     problem = ha.Problem(system, inputs, [force], constraints={position: 1.0, speed: 0.0}, bounds={force: (-20.0, 20.0)})
     inputs[force] = 7.0
-    assert np.array_equal(problem.start, np.zeros(51)) and problem.names[3] == "force [3]" and "51 variables" in repr(problem)
+    assert np.array_equal(problem.start, np.zeros(51)) and problem.names[3] == "force [3]" and repr(problem) == "<Problem of 51 variables>"
     found = problem.minimise()
     same = ha.minimise(system, system.at_rest(50, 0.02), [force], constraints={position: 1.0, speed: 0.0}, bounds={force: (-20.0, 20.0)})
     assert found.value == same.value and np.array_equal(found.x, same.x)
@@ -195,5 +195,38 @@ def test_controls_on_knots_are_not_divided():
     problem = ha.MultipleShooting(system, inputs, [ha.free(force, spline=8)], [rail, angle], 4)
     with pytest.raises(ha.OptimiseError, match="only at all nodes"):
         problem.minimise()
-    with pytest.raises(TypeError, match="use `Problem`"):
-        problem.homotopy(lambda inputs, s: None)
+
+
+def test_trials():
+    """Two experiments with different starts determine a stiffness and a damping."""
+
+    def experiment(start, seed):
+        scene = ha.Scene()
+        x = scene.coordinates("block", ["x"], [start]).x
+        stiffness, damping = scene.design("stiffness", 3.0), scene.design("damping", 0.5)
+        scene.kinetic_energy("motion", 0.5 * x.v**2)
+        scene.potential_energy("spring", 0.5 * stiffness * x**2)
+        scene.force("damper", {x: -damping * x.v})
+        times = np.linspace(0.1, 3.0, 30)
+        # ẍ + 2 δ ẋ + 4 x = 0, δ = 0.1, from rest
+        delta, omega = 0.1, np.sqrt(4.0 - 0.01)
+        truth = start * np.exp(-delta * times) * (np.cos(omega * times) + delta / omega * np.sin(omega * times))
+        values = truth + 0.01 * np.random.default_rng(seed).normal(size=30)
+        scene.readings("x", x, times, values, deviation=0.01, steps=300, dt=0.01)
+        system = scene.compile()
+        return ha.Problem(system, system.at_rest(300, 0.01), [stiffness, damping])
+
+    problems = [experiment(1.0, 1), experiment(-2.0, 2)]
+    both = ha.Trials(problems)
+    assert both.names == ["stiffness", "damping"] and "2 variables" in repr(both)
+    found = both.minimise("Levenberg-Marquardt")
+    alone = [problem.minimise("Levenberg-Marquardt") for problem in problems]
+    assert found.converged and found.degrees_of_freedom == 58 and len(found.trials) == 2 and found.inputs is found.trials[0]
+    assert [of.q[0] for of in found.trials] == [1.0, -2.0] and np.array_equal(found.trials[0].design, found.trials[1].design)
+    assert (np.abs(found.inputs.design - [4.0, 0.2]) < 4 * found.standard_errors).all()
+    assert (found.standard_errors < np.array([of.standard_errors for of in alone]).min(axis=0) * 1.2).all()
+    assert both.multi_start([found.x], "Levenberg-Marquardt")[0].converged
+    with pytest.raises(TypeError, match="a list of one or more instances of `Problem`"):
+        ha.Trials([])
+    with pytest.raises(ha.Error, match="variables of a trial"):
+        ha.Trials([problems[0], ha.Problem(problems[1].system, problems[1].inputs, ["duration"])]).minimise()
