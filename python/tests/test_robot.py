@@ -89,6 +89,26 @@ def test_options():
     assert list(scene.robot(mimic, ignore_mimic=True)) == ["shoulder", "elbow"]
 
 
+def test_damping_of_the_file():
+    def turned(**options):
+        scene, robot = arm(**options, locked={"elbow": 0.0})
+        scene.gravity(0.0, 0.0, 0.0)
+        system = scene.compile()
+        inputs = system.at_rest(1000, 0.001)
+        inputs[robot["shoulder"].angle.v] = 1.0
+        return ha.simulate(system, inputs)[robot["shoulder"].angle.v][-1]
+
+    # J = Σ (J_c + m r²) about the shoulder; v = exp(−d t/J).
+    inertia = 0.02 + 2 * 0.5**2 + 0.02 + 1 * 1.5**2
+    assert turned() == pytest.approx(1.0) and turned(damping=True) == pytest.approx(np.exp(-0.3 / inertia), rel=1e-7)
+
+
+def test_impossible_inertias():
+    scene = ha.Scene()
+    robot = scene.robot(ARM.replace('ixx="0.02"', 'ixx="9"'), accept_impossible_inertias=True)
+    assert len(robot) == 2 and scene.compile().n == 2
+
+
 @pytest.mark.parametrize(
     "text, message",
     [
