@@ -26,7 +26,7 @@ class Robot:
     """The parts of a scene that belong to a robot, by their names in the URDF file: `robot["shoulder"].angle`.
 
     `joints` are the joints that move, in the order of their coordinates, `links` the bodies, whose frames are those of the links, and `base` is the joint
-    of a floating base. `data` contains the numbers of each joint that are not used, `locked` the values of joints that do not move, and `followers` the
+    of a floating base. `data` contains numbers of the joints that are not used, `locked` the values of joints that do not move, and `followers` the
     joints that mimic others, with the other joint, the factor and the offset.
     """
 
