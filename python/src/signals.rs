@@ -9,6 +9,8 @@ use pyo3::prelude::*;
 
 /// Signals are examined at most this often, because another thread may hold the lock of the interpreter.
 const EVERY: Duration = Duration::from_millis(50);
+/// Approximate time between two readings of the clock; slower calls read it each time.
+const READ_EVERY: Duration = Duration::from_millis(1);
 
 /// Examines signals during computations without the lock of the interpreter, and keeps the exception that one of them raises.
 #[derive(Clone, Default)]
@@ -24,17 +26,13 @@ struct Shared {
 impl Signals {
     /// A callback that returns `Break` if a signal has raised an exception. The first call of a computation only begins the first interval.
     pub(crate) fn watcher(&self) -> impl FnMut() -> ControlFlow<()> + Send + 'static {
-        let (signals, mut last) = (self.clone(), (usize::MAX, Instant::now()));
+        let (signals, mut pulse) = (self.clone(), Pulse::new());
         move || {
-            let finished = signals.0.finished.load(Relaxed);
-            if last.0 != finished {
-                last = (finished, Instant::now());
-            } else if last.1.elapsed() >= EVERY {
-                if let Err(error) = Python::attach(|py| py.check_signals()) {
-                    signals.keep(error);
-                    return ControlFlow::Break(());
-                }
-                last.1 = Instant::now();
+            if pulse.is_due(signals.0.finished.load(Relaxed))
+                && let Err(error) = Python::attach(|py| py.check_signals())
+            {
+                signals.keep(error);
+                return ControlFlow::Break(());
             }
             ControlFlow::Continue(())
         }
@@ -50,6 +48,50 @@ impl Signals {
         self.0.finished.fetch_add(1, Relaxed);
         let raised = self.0.raised.lock().unwrap_or_else(PoisonError::into_inner).take();
         raised.map_or(Ok(()), Err)
+    }
+}
+
+/// The times at which signals are examined. In fast computations the clock is not read at every call, which would take a tenth of their time.
+struct Pulse {
+    /// The number of the computation.
+    computation: usize,
+    /// The time of the last examination.
+    examined: Instant,
+    /// The time at which the clock was read.
+    read: Instant,
+    /// Number of calls from one reading of the clock to the next.
+    stride: usize,
+    /// Number of calls until the clock is read.
+    left: usize,
+}
+
+impl Pulse {
+    fn new() -> Self {
+        let now = Instant::now();
+        Pulse { computation: usize::MAX, examined: now, read: now, stride: 1, left: 1 }
+    }
+
+    fn is_due(&mut self, computation: usize) -> bool {
+        if self.computation != computation {
+            *self = Pulse { computation, ..Pulse::new() };
+            return false;
+        }
+        self.left -= 1;
+        if self.left > 0 {
+            return false;
+        }
+        let now = Instant::now();
+        self.stride = match now - self.read {
+            took if took < READ_EVERY / 2 => 2 * self.stride,
+            took if took < 2 * READ_EVERY => self.stride,
+            _ => 1,
+        };
+        (self.left, self.read) = (self.stride, now);
+        let is_due = now - self.examined >= EVERY;
+        if is_due {
+            self.examined = now;
+        }
+        is_due
     }
 }
 
