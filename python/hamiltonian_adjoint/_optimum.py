@@ -56,6 +56,12 @@ class Optimum:
         self.inputs = self.trials[0]
         self.history = [Iterate(*of) for of in attributes["history"]]
 
+    def plot(self, ax: Any = None) -> Any:
+        """Draws value, violation and stationarity of all iterates by matplotlib. Returns an array of two axes."""
+        from ._plots import plot_history
+
+        return plot_history(self.history, ax)
+
     def __repr__(self) -> str:
         return f"<optimum: {self.message}>"
 

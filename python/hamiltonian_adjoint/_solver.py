@@ -19,6 +19,9 @@ from ._tables import to_pandas, to_xarray
 _ROWS = {"q": "q", "v": "v", "p_star": "p", "p_star_dot": "p_dot", "u": "controls", "sigma": "sigma"}
 
 
+# Height of a page in a notebook, pixels.
+_HEIGHT = 640
+
 class Motion:
     """A motion: arrays with one column for each node."""
 
@@ -88,15 +91,36 @@ class Motion:
 
     def __getitem__(self, symbol: Symbol | str) -> Array:
         """The values of a coordinate, a velocity `x.v`, a control or a multiplier at all nodes."""
-        lists = {"u": self.system.controls, "sigma": self.system.equations}
+        kind, i = self._row(symbol)
+        return self._rows(kind)[i]
+
+    def _row(self, symbol: Symbol | str) -> tuple[str, int]:
+        """The list and the number of a quantity."""
+        system = self.system
         if isinstance(symbol, str):
-            return self.q[self.system.coordinates.index(symbol)]
-        if symbol.list not in _ROWS:
-            raise KeyError(f"a motion has no values of `{symbol.label}`")
-        names = lists.get(symbol.list, self.system.coordinates)
+            found = [(kind, of.index(symbol)) for kind, of in (("q", system.coordinates), ("u", system.controls)) if symbol in of]
+            if len(found) != 1:
+                raise KeyError(f"{'a coordinate and a control have' if found else 'no coordinate or control has'} the name `{symbol}`; use the handle")
+            return found[0]
+        if not isinstance(symbol, Symbol) or symbol.list not in _ROWS:
+            raise KeyError(f"a motion has no values of `{symbol.label if isinstance(symbol, Symbol) else symbol}`")
+        names = {"u": system.controls, "sigma": system.equations}.get(symbol.list, system.coordinates)
         if symbol.key not in names:
             raise KeyError(f"the system has no `{symbol.label}`")
-        return getattr(self, _ROWS[symbol.list])[names.index(symbol.key)]
+        return symbol.list, names.index(symbol.key)
+
+    def _rows(self, kind: str) -> Array:
+        return getattr(self, _ROWS[kind])
+
+    def plot(self, *quantities: Any, ax: Any = None, **style: Any) -> Any:
+        """Draws quantities over time by matplotlib: `plot(arm.phi, arm.phi.v)`, `plot("cart.x")`, `plot(arm)`; by default coordinates, velocities, controls.
+
+        Quantities of one kind and unit share axes. Returns the axes, or an array of axes if there are several, which another motion can be drawn into as
+        `ax`. `style` are keywords of `Axes.plot`.
+        """
+        from ._plots import plot_motion
+
+        return plot_motion(self, quantities, ax, style)
 
     def to_csv(self) -> str:
         """The motion as CSV, with units."""
@@ -124,7 +148,9 @@ class Motion:
             file.write(self.html(title))
 
     def _repr_html_(self) -> str:
-        return f'<iframe srcdoc="{html.escape(self.html())}" style="width: 100%; height: 640px; border: 0"></iframe>'
+        # A page that is not as high has no blank below it.
+        fit = f"this.style.height = Math.min({_HEIGHT}, this.contentDocument.body.scrollHeight) + 'px'"
+        return f'<iframe srcdoc="{html.escape(self.html())}" onload="{fit}" style="width: 100%; height: {_HEIGHT}px; border: 0"></iframe>'
 
     def __reduce__(self) -> Any:
         return _motion_from_json, (self.system, *self._core.to_json())

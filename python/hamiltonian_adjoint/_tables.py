@@ -12,11 +12,16 @@ if TYPE_CHECKING:
     from ._solver import Motion
 
 
+def csv_header(motion: Motion) -> list[str]:
+    """The names of the columns of the CSV, with units."""
+    return next(csv.reader(io.StringIO(motion._core.csv_header(), newline="")))
+
+
 def to_pandas(motion: Motion) -> Any:
     """A table with a row for each node and the columns of the CSV."""
     import pandas
 
-    time, *names = next(csv.reader(io.StringIO(motion._core.csv_header(), newline="")))
+    time, *names = csv_header(motion)
     columns = np.vstack([motion.q, motion.v, motion.p, motion.sigma, motion.controls])
     return pandas.DataFrame(columns.T, index=pandas.Index(motion.times, name=time), columns=names)
 
