@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from . import _bridges
 from ._expression import Symbol
 from ._solver import Solver
 from ._system import Array, Gradient, Inputs, System, _index
@@ -16,7 +17,7 @@ from ._system import Array, Gradient, Inputs, System, _index
 class Objective:
     """J and the outputs as functions of the array x of the values of the free inputs: controls at all nodes, design variables, coordinates or velocities.
 
-    `scipy.optimize.minimize(objective, objective.x, jac=True)`, or
+    `scipy.optimize.minimize(objective, objective.x, jac=True, hessp=objective.hessian_product)`, or
     `scipy.optimize.least_squares(objective.outputs, objective.x, objective.jacobian)`.
     """
 
@@ -33,15 +34,19 @@ class Objective:
 
     def inputs(self, x: ArrayLike) -> Inputs:
         """The inputs with these values."""
+        return self._filled(self._inputs.copy(), x)
+
+    def _filled(self, inputs: Inputs, x: ArrayLike) -> Inputs:
+        """Writes x into inputs or into a direction."""
         x = np.asarray(x, dtype=np.float64)
         if x.shape != self.x.shape:
             raise ValueError(f"x has the shape {x.shape}, but the free inputs have {self.x.shape}")
-        made, first = self._inputs.copy(), 0
+        first = 0
         for name, i in self._places:
-            count = np.size(getattr(made, name)[i])
-            getattr(made, name)[i] = x[first : first + count] if name == "controls" else x[first]
+            count = np.size(getattr(inputs, name)[i])
+            getattr(inputs, name)[i] = x[first : first + count] if name == "controls" else x[first]
             first += count
-        return made
+        return inputs
 
     def _simulate(self, x: ArrayLike) -> None:
         # Optimisers ask for values and derivatives at the same point.
@@ -73,37 +78,38 @@ class Objective:
         rows = [self._flat(row) for row in self._solver.jacobian()]
         return np.array(rows).reshape(len(rows), len(self.x))
 
+    def hessian_product(self, x: ArrayLike, direction: ArrayLike) -> Array:
+        """The product of the Hessian of J with a direction, for example as `hessp` of SciPy."""
+        self._simulate(x)
+        self._solver.gradient()
+        return self._hessian_column(direction)
+
+    def hessian(self, x: ArrayLike, cost: float = 1.0, outputs: ArrayLike | None = None) -> Array:
+        """The Hessian of w₀ J + Σ w_k r_k with these weights of J and of the outputs r, by default of J. It costs one product for each entry of x."""
+        self.pull_back(x, cost, np.zeros(len(self.system.outputs)) if outputs is None else outputs)
+        columns = [self._hessian_column(unit) for unit in np.eye(len(self.x))]
+        return np.array(columns).reshape(len(self.x), len(self.x))
+
+    def _hessian_column(self, direction: ArrayLike) -> Array:
+        return self._flat(self._solver.hessian_product(self._filled(self._inputs.no_change(), direction)))
+
+    def pull_back(self, x: ArrayLike, cost: float, outputs: ArrayLike) -> Array:
+        """The gradient of w₀ J + Σ w_k r_k over the outputs r by x, in one backward sweep."""
+        self._simulate(x)
+        return self._flat(self._solver.weighted_gradient(cost, np.asarray(outputs, dtype=np.float64)))
+
     def for_jax(self) -> Any:
         """J as a function of a JAX array, with its derivative, also under `jax.jit`."""
-        import jax
-
-        if not jax.config.jax_enable_x64:
-            raise TypeError('gradients need doubles: call `jax.config.update("jax_enable_x64", True)` first')
-        both = (jax.ShapeDtypeStruct((), np.float64), jax.ShapeDtypeStruct(self.x.shape, np.float64))
-
-        def computed(x: Any) -> tuple[Any, Any]:
-            value, slope = self(x)
-            return np.float64(value), slope
-
-        def forward(x: Any) -> Any:
-            return jax.pure_callback(computed, both, x, vmap_method="sequential")
-
-        function: Any = jax.custom_vjp(lambda x: forward(x)[0])
-        function.defvjp(forward, lambda slope, factor: (factor * slope,))
-        return function
+        return _bridges.jax_function(self)
 
     def for_torch(self) -> Any:
         """J as a function of a PyTorch tensor of doubles, with its derivative."""
-        import torch
+        return _bridges.torch_function(self)
 
-        def forward(context: Any, x: Any) -> Any:
-            value, slope = self(x.detach().cpu().numpy())
-            context.save_for_backward(torch.as_tensor(slope, dtype=x.dtype, device=x.device))
-            return x.new_tensor(value)
+    def for_ipopt(self) -> Any:
+        """A `problem_obj` for `cyipopt.Problem`: J, the outputs as constraints, and their first and second derivatives."""
+        return _bridges.IpoptProblem(self)
 
-        def backward(context: Any, factor: Any) -> Any:
-            return factor * context.saved_tensors[0]
-
-        functions = {"forward": staticmethod(forward), "backward": staticmethod(backward)}
-        made: Any = type("Function", (torch.autograd.Function,), functions)
-        return made.apply
+    def for_casadi(self, name: str = "motion") -> Any:
+        """A CasADi function x ↦ (J, outputs) with its derivatives, for `casadi.nlpsol`. It must stay alive as long as CasADi uses it."""
+        return _bridges.casadi_function(self, name)

@@ -67,6 +67,100 @@ def test_scipy_fits_outputs():
     assert found.success and np.abs(objective.outputs(found.x)).max() < 1e-6
 
 
+def test_second_derivatives(objective):
+    x, weights = objective.x, [0.3, -0.7]
+    step = 1e-3 * np.cos(np.arange(len(x)))
+
+    def slope(x):
+        return 0.5 * objective(x)[1] + objective.jacobian(x).T @ weights
+
+    change = (8 * (slope(x + step) - slope(x - step)) - (slope(x + 2 * step) - slope(x - 2 * step))) / 12
+    hessian = objective.hessian(x, 0.5, weights)
+    assert np.allclose(hessian, hessian.T, rtol=1e-12, atol=1e-15) and np.allclose(hessian @ step, change, rtol=1e-8, atol=1e-13)
+    assert np.allclose(objective.hessian_product(x, step), objective.hessian(x) @ step, rtol=1e-12, atol=1e-15)
+    assert np.allclose(objective.pull_back(x, 0.5, weights), slope(x), rtol=1e-12)
+
+
+def test_scipy_uses_products_with_the_hessian(objective):
+    optimize = pytest.importorskip("scipy.optimize")
+    system, inputs, force, _ = slider()
+    objective = ha.Objective(system, inputs, [force])
+    newton = {"jac": True, "hessp": objective.hessian_product, "method": "trust-krylov", "options": {"gtol": 1e-10}}
+    found = optimize.minimize(objective, objective.x, **newton)
+    # J is a square function of the force: Newton's method needs few iterations.
+    assert found.success and found.nit < 10 and np.abs(objective(found.x)[1]).max() < 1e-10
+
+
+def optimum():
+    """An optimum with the outputs equal to zero, by the library, and its problem."""
+    system, inputs, force, mass = slider()
+    found = ha.minimise(system, inputs, [force, mass], bounds={mass: (1.5, 3.0)}, stationarity=1e-9)
+    objective = ha.Objective(system, inputs, [force, mass])
+    low, high = np.full(len(objective.x), -np.inf), np.full(len(objective.x), np.inf)
+    low[-1], high[-1] = 1.5, 3.0
+    assert found.converged and np.abs(found.constraints).max() < 1e-9
+    return objective, found, (low, high)
+
+
+@pytest.mark.parametrize("hessian", ["exact", "limited-memory"])
+def test_ipopt_finds_the_same_optimum(hessian):
+    cyipopt = pytest.importorskip("cyipopt")
+    objective, expected, (low, high) = optimum()
+    problem = cyipopt.Problem(len(low), 2, objective.for_ipopt(), low, high, np.zeros(2), np.zeros(2))
+    for name, value in {"print_level": 0, "sb": "yes", "tol": 1e-9, "hessian_approximation": hessian}.items():
+        problem.add_option(name, value)
+    x, info = problem.solve(objective.x)
+    assert info["status"] == 0
+    assert np.isclose(info["obj_val"], expected.value, rtol=1e-7) and np.allclose(x, expected.x, atol=1e-4)
+
+
+def test_ipopt_has_the_hessian_of_the_lagrangian(objective):
+    pytest.importorskip("cyipopt")
+    lower = objective.for_ipopt().hessian(objective.x, [0.3, -0.7], 0.5)
+    full = objective.hessian(objective.x, 0.5, [0.3, -0.7])
+    assert np.array_equal(lower, [full[i, j] for i in range(len(full)) for j in range(i + 1)])
+
+
+def test_ipopt_shortens_steps_that_fail(objective):
+    cyipopt = pytest.importorskip("cyipopt")
+    with pytest.raises(cyipopt.CyIpoptEvaluationError, match="finite"):
+        objective.for_ipopt().objective(1e200 + objective.x)
+
+
+@pytest.mark.parametrize("hessian", ["exact", "limited-memory"])
+def test_casadi_finds_the_same_optimum(hessian):
+    casadi = pytest.importorskip("casadi")
+    objective, expected, (low, high) = optimum()
+    function = objective.for_casadi()
+    x = casadi.MX.sym("x", len(objective.x))
+    value, outputs = function(x)
+    options = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-9, "hessian_approximation": hessian}}
+    solver = casadi.nlpsol("solver", "ipopt", {"x": x, "f": value, "g": outputs}, options)
+    found = solver(x0=objective.x, lbx=low, ubx=high, lbg=0.0, ubg=0.0)
+    assert solver.stats()["success"]
+    assert np.isclose(float(found["f"]), expected.value, rtol=1e-7) and np.allclose(found["x"].full().ravel(), expected.x, atol=1e-4)
+
+
+def test_casadi_differentiates(objective):
+    casadi = pytest.importorskip("casadi")
+    function = objective.for_casadi()
+    x = casadi.MX.sym("x", len(objective.x))
+    value, outputs = function(2.0 * x)
+    total = value**2 + casadi.sum1(casadi.sin(outputs))
+    derivatives = casadi.Function("derivatives", [x], [total, casadi.gradient(total, x), casadi.jacobian(outputs, x)])
+    found = [of.full() for of in derivatives(objective.x / 2.0)]
+    (expected, slope), results, rows = objective(objective.x), objective.outputs(objective.x), objective.jacobian(objective.x)
+    assert np.isclose(found[0].item(), expected**2 + np.sin(results).sum(), rtol=1e-14)
+    assert np.allclose(found[1].ravel(), 4.0 * expected * slope + 2.0 * rows.T @ np.cos(results), rtol=1e-12)
+    assert np.allclose(found[2], 2.0 * rows, rtol=1e-12)
+    # Second derivatives are compared with differences of first ones.
+    second = casadi.Function("second", [x], casadi.hessian(total, x))
+    half, step = objective.x / 2.0, 1e-3 * np.cos(np.arange(len(slope)))
+    slopes = [second(half + of * step)[1].full().ravel() for of in (1.0, -1.0, 2.0, -2.0)]
+    change = (8 * (slopes[0] - slopes[1]) - (slopes[2] - slopes[3])) / 12
+    assert np.allclose(second(half)[0].full() @ step, change, rtol=1e-7, atol=1e-11)
+
+
 def test_jax_differentiates(objective):
     jax = pytest.importorskip("jax")
     jax.config.update("jax_enable_x64", False)
