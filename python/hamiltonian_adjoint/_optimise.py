@@ -14,6 +14,7 @@ from ._expression import Symbol
 from ._free import Free, interval, stated
 from ._handles import Coordinate, Output, end_state_names
 from ._optimum import Iterate, Optimum
+from ._progress import Bar, with_bar
 from ._solver import _checked
 from ._system import Array, Inputs, System, _index
 
@@ -40,25 +41,34 @@ class _Stated:
         """The names of the variables."""
         return _core.start(self)[1]
 
-    def minimise(self, method: str = "interior point", *, start: ArrayLike | None = None, callback: Callback | None = None, **options: Any) -> Optimum:
+    def minimise(
+        self,
+        method: str = "interior point",
+        *,
+        start: ArrayLike | None = None,
+        callback: Callback | None = None,
+        progress: bool = False,
+        **options: Any,
+    ) -> Optimum:
         """Minimises from `start`, by default from the variables of the inputs.
 
         Methods are 'interior point' (exact products of the Hessian), 'L-BFGS' and 'augmented Lagrangian' (gradients alone), and 'Levenberg-Marquardt'
-        (minimises the sum of squares of the outputs). `callback(iterate, x)` may return True to stop. Options are `iterations`, `target`, `stationarity`,
-        `violation`, `memory` and `first_step`.
+        (minimises the sum of squares of the outputs). `callback(iterate, x)` may return True to stop. With `progress`, a bar by tqdm counts the
+        iterates. Options are `iterations`, `target`, `stationarity`, `violation`, `memory` and `first_step`.
         """
-        found = self._minimise(method, start, callback, options)
+        found = self._minimise(method, start, callback, progress, options)
         warn(found.warnings)
         return found
 
-    def _minimise(self, method: str, start: ArrayLike | None, callback: Callback | None, options: dict[str, Any]) -> Optimum:
+    def _minimise(self, method: str, start: ArrayLike | None, callback: Callback | None, progress: bool, options: dict[str, Any]) -> Optimum:
         x = None if start is None else _point(start)
-        return self._optimum(_core.minimise(self, _method(method), x, options, _called(callback)))
+        with with_bar(callback, progress) as watched:
+            return self._optimum(_core.minimise(self, _method(method), x, options, _called(watched)))
 
-    def multi_start(self, starts: Iterable[ArrayLike], method: str = "interior point", **options: Any) -> list[Optimum]:
+    def multi_start(self, starts: Iterable[ArrayLike], method: str = "interior point", *, progress: bool = False, **options: Any) -> list[Optimum]:
         """Minimises from many starts on all cores, with the results in the order of the starts; `lowest` chooses the best."""
         points = [_point(start) for start in starts]
-        found = [self._optimum(of) for of in _core.multi_start(self, points, _method(method), options)]
+        found = [self._optimum(of) for of in _core.multi_start(self, points, _method(method), options, Bar() if progress else None)]
         warn([warning for of in found for warning in of.warnings])
         return found
 
@@ -91,7 +101,9 @@ class Problem(_Stated):
         self._constraints = [(_name(of), *interval(to)) for of, to in (constraints or {}).items()]
         self._motions = [self]
 
-    def homotopy(self, set: Callable[[Inputs, float], None], *, callback: Callback | None = None, **options: Any) -> Optimum:
+    def homotopy(
+        self, set: Callable[[Inputs, float], None], *, callback: Callback | None = None, progress: bool = False, **options: Any
+    ) -> Optimum:
         """Solves a sequence of problems by 'interior point', each from the previous solution, while s grows from 0 to 1: `set(inputs, s)` changes the inputs.
 
         If a problem is not solved, s grows by less. If s = 1 is not reached, the optimum has not converged and is that of the last s.
@@ -102,7 +114,8 @@ class Problem(_Stated):
             set(inputs, s)
             return inputs
 
-        found = self._optimum(_core.homotopy(self, changed, options, _called(callback)))
+        with with_bar(callback, progress) as watched:
+            found = self._optimum(_core.homotopy(self, changed, options, _called(watched)))
         warn(found.warnings)
         return found
 
@@ -156,6 +169,7 @@ def minimise(
     constraints: Mapping[Output | str, Any] | None = None,
     method: str = "interior point",
     callback: Callback | None = None,
+    progress: bool = False,
     **keywords: Any,
 ) -> Optimum:
     """Minimises J over the free quantities, subject to bounds and to constraints on outputs, as `Problem(…).minimise(method, …)`.
@@ -164,7 +178,7 @@ def minimise(
     """
     options = {name: keywords.pop(name) for name in _OPTIONS if name in keywords}
     problem = Problem(system, inputs, free, bounds=bounds, constraints=constraints, **keywords)
-    found = problem._minimise(method, None, callback, options)
+    found = problem._minimise(method, None, callback, progress, options)
     warn(found.warnings)
     return found
 

@@ -13,14 +13,15 @@ import numpy as np
 from . import _hamiltonian_adjoint as _core
 from ._errors import Error, InputError, warn
 from ._expression import Symbol
+from ._progress import Bar
 from ._system import Array, Gradient, Inputs, System
 from ._tables import to_pandas, to_xarray
 
 _ROWS = {"q": "q", "v": "v", "p_star": "p", "p_star_dot": "p_dot", "u": "controls", "sigma": "sigma"}
 
-
 # Height of a page in a notebook, pixels.
 _HEIGHT = 640
+
 
 class Motion:
     """A motion: arrays with one column for each node."""
@@ -171,18 +172,23 @@ def _checked(inputs: Inputs, system: System) -> Inputs:
     return inputs
 
 
+def _with_bar(progress: bool, settings: dict[str, Any]) -> dict[str, Any]:
+    return {**settings, "progress": Bar()} if progress else settings
+
+
 class Solver:
     """A solver of one system for many inputs. A thread needs a solver of its own.
 
     Settings are keywords: `scheme` ('trapezoidal rule', 'TR-BDF2', 'ESDIRK3', 'ESDIRK4', 'ESDIRK5'), `tolerance`, `max_iterations`,
-    `position_tolerance`, `velocity_tolerance`, `max_halvings`, `drift_bound`, `rebase_every`.
+    `position_tolerance`, `velocity_tolerance`, `max_halvings`, `drift_bound`, `rebase_every`. With `progress=True`, calls that take more than a second show
+    a progress bar by tqdm.
     """
 
-    def __init__(self, system: System, **settings: Any) -> None:
+    def __init__(self, system: System, *, progress: bool = False, **settings: Any) -> None:
         if not isinstance(system, System):
             raise TypeError(f"a system such as scene.compile() is expected, not {system!r}")
         self.system = system
-        self._core = _core.Solver(system, **settings)
+        self._core = _core.Solver(system, **_with_bar(progress, settings))
 
     def simulate(self, inputs: Inputs) -> Motion:
         """Computes a motion."""
@@ -252,11 +258,11 @@ class Solver:
 
 
 class LongSolver:
-    """A solver of motions that do not fit into memory: it stores at most `bytes` of a motion."""
+    """A solver of motions that do not fit into memory: it stores at most `bytes` of a motion. Settings and `progress` are those of a `Solver`."""
 
-    def __init__(self, system: System, bytes: int, **settings: Any) -> None:
+    def __init__(self, system: System, bytes: int, *, progress: bool = False, **settings: Any) -> None:
         self.system = system
-        self._core = _core.LongSolver(system, bytes, **settings)
+        self._core = _core.LongSolver(system, bytes, **_with_bar(progress, settings))
 
     def gradient(self, inputs: Inputs) -> Gradient:
         """J and its derivatives."""
@@ -288,14 +294,14 @@ def gradient(system: System, inputs: Inputs, **settings: Any) -> Gradient:
 
 
 @overload
-def gradients(system: System, inputs: Iterable[Inputs], *, errors: Literal["raise"] = ..., **settings: Any) -> list[Gradient]: ...
+def gradients(system: System, inputs: Iterable[Inputs], *, errors: Literal["raise"] = ..., progress: bool = ..., **settings: Any) -> list[Gradient]: ...
 @overload
-def gradients(system: System, inputs: Iterable[Inputs], *, errors: Literal["return"], **settings: Any) -> list[Gradient | Error]: ...
-def gradients(system: System, inputs: Iterable[Inputs], *, errors: str = "raise", **settings: Any) -> Any:
+def gradients(system: System, inputs: Iterable[Inputs], *, errors: Literal["return"], progress: bool = ..., **settings: Any) -> list[Gradient | Error]: ...
+def gradients(system: System, inputs: Iterable[Inputs], *, errors: str = "raise", progress: bool = False, **settings: Any) -> Any:
     """J and its derivatives for each of many inputs, on all cores. A motion that fails raises its error, or is replaced by it if errors='return'."""
     if errors not in ("raise", "return"):
         raise TypeError(f"errors must be 'raise' or 'return', not {errors!r}")
-    done = _core.gradients(system, [_checked(one, system) for one in inputs], **settings)
+    done = _core.gradients(system, [_checked(one, system) for one in inputs], **_with_bar(progress, settings))
     failed = [of for of in done if isinstance(of, Exception)]
     if failed and errors == "raise":
         raise failed[0]

@@ -10,6 +10,7 @@ mod estimate;
 mod identify;
 mod optimise;
 mod problem;
+mod progress;
 mod robot;
 mod scene;
 mod signals;

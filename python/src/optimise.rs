@@ -16,6 +16,7 @@ use pyo3::types::PyDict;
 use crate::convert::{Given, attributes, matrix, vector};
 use crate::errors::{raised, warnings};
 use crate::problem::{GivenProblem, Problem, Statement};
+use crate::progress::Bar;
 use crate::signals::{Signals, on_all_cores};
 
 fn unknown(option: &str) -> PyErr {
@@ -108,6 +109,7 @@ pub(crate) fn multi_start<'py>(
     starts: Vec<Vec<f64>>,
     method: &str,
     given_options: &Bound<'py, PyDict>,
+    progress: Option<Py<PyAny>>,
 ) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let (statement, options) = (problem.statement()?, options(given_options)?);
     let mut known = statement.unwatched().map_err(raised)?;
@@ -123,7 +125,7 @@ pub(crate) fn multi_start<'py>(
         let problem = problem.as_mut().map_err(|error| error.clone())?;
         run(method, problem.any(), start, &options, &mut |_, _| stopped(stop))
     };
-    let done = on_all_cores(py, &starts, worker, work)?;
+    let done = on_all_cores(py, &starts, worker, work, (&Bar::new(progress), "starts"))?;
     done.into_iter().map(|solved| described(py, &statement, &known, &solved.map_err(raised)?)).collect()
 }
 

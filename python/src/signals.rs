@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 
+use crate::progress::Bar;
+
 /// Signals are examined at most this often, because another thread may hold the lock of the interpreter.
 const EVERY: Duration = Duration::from_millis(50);
 /// Approximate time between two readings of the clock; slower calls read it each time.
@@ -101,6 +103,7 @@ pub(crate) fn on_all_cores<I: Sync, W, T: Send>(
     items: &[I],
     worker: impl Fn(Arc<AtomicBool>) -> W + Sync,
     work: impl Fn(&mut W, &I) -> T + Sync,
+    (bar, task): (&Bar, &str),
 ) -> PyResult<Vec<T>> {
     let (signals, stop, next) = (Signals::default(), Arc::new(AtomicBool::new(false)), AtomicUsize::new(0));
     let cores = std::thread::available_parallelism().map_or(1, usize::from).min(items.len());
@@ -112,11 +115,12 @@ pub(crate) fn on_all_cores<I: Sync, W, T: Send>(
                 std::iter::from_fn(|| take().map(|i| (i, work(&mut worker, &items[i])))).collect::<Vec<_>>()
             };
             let threads: Vec<_> = (0..cores).map(|_| scope.spawn(one)).collect();
-            let (mut pause, mut watch) = (Duration::from_micros(20), signals.watcher());
+            let (mut pause, mut watch, mut report) = (Duration::from_micros(20), signals.watcher(), bar.reporter(&signals));
             while threads.iter().any(|thread| !thread.is_finished()) {
                 std::thread::sleep(pause);
                 pause = (pause * 2).min(EVERY / 10);
-                if watch().is_break() {
+                let begun = next.load(Relaxed).min(items.len());
+                if watch().is_break() || report(task, begun.saturating_sub(cores), items.len()).is_break() {
                     stop.store(true, Relaxed);
                 }
             }
@@ -126,7 +130,9 @@ pub(crate) fn on_all_cores<I: Sync, W, T: Send>(
             threads.into_iter().flat_map(joined).collect()
         })
     });
+    let closed = bar.close(py);
     signals.take()?;
+    closed?;
     done.sort_unstable_by_key(|(i, _)| *i);
     Ok(done.into_iter().map(|(_, result)| result).collect())
 }

@@ -10,13 +10,15 @@ use pyo3::types::{PyDict, PyType};
 
 use crate::convert::{Given, attributes, derivatives, matrix, settings, vector};
 use crate::errors::{busy, raised, warnings};
+use crate::progress::Bar;
 use crate::scene::System;
 use crate::signals::{Signals, on_all_cores};
 
-/// A solver behind a lock, and the signals that stop it.
+/// A solver behind a lock, the signals that stop it, and what shows its progress.
 struct Guarded<T> {
     solver: Mutex<T>,
     signals: Signals,
+    bar: Bar,
 }
 
 impl<T: Send> Guarded<T> {
@@ -34,7 +36,9 @@ impl<T: Send> Guarded<T> {
         let mut solver = self.lock()?;
         let solver = &mut *solver;
         let result = py.detach(|| compute(solver));
+        let closed = self.bar.close(py);
         self.signals.take()?;
+        closed?;
         result.map_err(raised)
     }
 }
@@ -46,13 +50,12 @@ pub(crate) struct Solver(Guarded<ha::Solver>);
 #[pymethods]
 impl Solver {
     #[new]
-    #[pyo3(signature = (system, **keywords))]
-    fn new(system: &System, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let signals = Signals::default();
+    #[pyo3(signature = (system, progress=None, **keywords))]
+    fn new(system: &System, progress: Option<Py<PyAny>>, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
+        let (signals, bar) = (Signals::default(), Bar::new(progress));
         let mut solver = ha::Solver::new(&system.system, settings(keywords)?);
-        let mut watch = signals.watcher();
-        solver.watch(move |_| watch());
-        Ok(Solver(Guarded { solver: Mutex::new(solver), signals }))
+        solver.watch(bar.watcher(&signals));
+        Ok(Solver(Guarded { solver: Mutex::new(solver), signals, bar }))
     }
 
     fn simulate(&self, py: Python<'_>, system: Py<System>, inputs: Given<'_>) -> PyResult<Motion> {
@@ -141,13 +144,17 @@ pub(crate) struct LongSolver(Guarded<ha::LongSolver>);
 #[pymethods]
 impl LongSolver {
     #[new]
-    #[pyo3(signature = (system, bytes, **keywords))]
-    fn new(system: &System, bytes: usize, keywords: Option<&Bound<'_, PyDict>>) -> PyResult<Self> {
-        let signals = Signals::default();
+    #[pyo3(signature = (system, bytes, progress=None, **keywords))]
+    fn new(
+        system: &System,
+        bytes: usize,
+        progress: Option<Py<PyAny>>,
+        keywords: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        let (signals, bar) = (Signals::default(), Bar::new(progress));
         let mut solver = ha::LongSolver::new(&system.system, settings(keywords)?, bytes);
-        let mut watch = signals.watcher();
-        solver.watch(move |_| watch());
-        Ok(LongSolver(Guarded { solver: Mutex::new(solver), signals }))
+        solver.watch(bar.watcher(&signals));
+        Ok(LongSolver(Guarded { solver: Mutex::new(solver), signals, bar }))
     }
 
     fn solve<'py>(&self, py: Python<'py>, system: &System, inputs: Given<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -163,11 +170,12 @@ impl LongSolver {
 
 /// J and its derivatives for each of many inputs, on all cores; for a motion that fails, its exception.
 #[pyfunction]
-#[pyo3(signature = (system, inputs, **keywords))]
+#[pyo3(signature = (system, inputs, progress=None, **keywords))]
 pub(crate) fn gradients<'py>(
     py: Python<'py>,
     system: &System,
     inputs: Vec<Given<'py>>,
+    progress: Option<Py<PyAny>>,
     keywords: Option<&Bound<'py, PyDict>>,
 ) -> PyResult<Vec<Bound<'py, PyAny>>> {
     let (system, settings) = (&system.system, settings(keywords)?);
@@ -184,7 +192,7 @@ pub(crate) fn gradients<'py>(
         solver.simulate(inputs)?;
         solver.gradient().cloned()
     };
-    let done = on_all_cores(py, &inputs, worker, work)?;
+    let done = on_all_cores(py, &inputs, worker, work, (&Bar::new(progress), "motions"))?;
     let each = |of: Result<ha::Gradient, Error>| match of {
         Ok(of) => derivatives(py, &of).map(Bound::into_any),
         Err(error) => Ok(raised(error).into_value(py).into_bound(py).into_any()),
