@@ -66,6 +66,10 @@ pub mod python {}
 pub mod accuracy_and_speed {}
 
 #[doc = include_str!("guide_links.md")]
+#[doc = include_str!("../docs/comparison.md")]
+pub mod comparison {}
+
+#[doc = include_str!("guide_links.md")]
 #[doc = include_str!("../docs/derivation.md")]
 pub mod derivation {}
 

@@ -4,7 +4,8 @@
 #   run.sh yardstick          the crate and the program written by hand; needs g++ and cargo, no Python; under a minute once built
 #   run.sh peers [FOLDER]     the Python packages, installed into a virtual environment in FOLDER (default: a temporary one)
 #   run.sh robots [FOLDER]    two robots from URDF files with Crocoddyl, Pinocchio and MuJoCo; three minutes once built
-#   run.sh all [FOLDER]       all of them
+#   run.sh four-bar [FOLDER]  a four-bar linkage with seven Python libraries; writes docs/comparison.md; fifteen minutes
+#   run.sh all [FOLDER]       the first three
 #
 # Prints Markdown. Everything runs on one thread.
 set -euo pipefail
@@ -16,6 +17,7 @@ export LC_ALL=C PYTHONDONTWRITEBYTECODE=1
 rounds=${ROUNDS:-15}
 packages=(numpy casadi jax crocoddyl)
 robot_packages=(numpy pin==4.1.0 crocoddyl==3.2.1 mujoco==4.0.0 example-robot-data==5.0.0)
+four_bar_packages=(numpy casadi==3.8.2 jax==0.10.2 diffrax==0.7.2 pin==4.1.0 mujoco==4.0.0 mujoco-mjx==3.17.0 exudyn==1.13.6 "$repository/python")
 peers=(maximal_numpy maximal_casadi minimal_casadi maximal_jax minimal_jax minimal_crocoddyl)
 
 main() {
@@ -25,9 +27,10 @@ main() {
     yardstick) machine && yardstick ;;
     peers) machine && peers "${2:-$scratch}" ;;
     robots) machine && robots "${2:-$scratch}" ;;
+    four-bar) four_bar "${2:-$scratch}" ;;
     all) machine && yardstick && peers "${2:-$scratch}" && robots "${2:-$scratch}" ;;
     *)
-        sed -n '2,9s/^# \{0,1\}//p' "$0"
+        sed -n '2,10s/^# \{0,1\}//p' "$0"
         return 2
         ;;
     esac
@@ -154,6 +157,13 @@ robots() {
     cargo build --quiet --release --manifest-path "$repository/Cargo.toml" --target-dir "$target" -p urdf --example robot
     install "$1" "${robot_packages[@]}"
     PYTHONPATH=$here "$python" "$here/robots/table.py" "$target/release/examples/robot" "${ROUNDS:-5}"
+}
+
+# Builds this package, too.
+four_bar() {
+    local python
+    install "$1" "${four_bar_packages[@]}"
+    "$python" "$here/four_bar/page.py"
 }
 
 main "$@"

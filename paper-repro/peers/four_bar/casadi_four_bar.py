@@ -1,6 +1,7 @@
 """CasADi: the crank's angle as the only coordinate, the loop closed by a formula, RK4 unrolled with `mapaccum`, reverse mode.
 
-The equation of motion is M w' = torque - V_a - M_a w^2 / 2; CasADi differentiates M and V. The functions are interpreted, or generated as C and compiled.
+The equation of motion is M w' = torque - V_a - M_a w^2 / 2; CasADi differentiates M and V. The functions are interpreted, or
+generated as C and compiled.
 """
 
 import os

@@ -6,7 +6,7 @@ import hamiltonian_adjoint as ha
 
 import task
 
-SCHEMES = {"ESDIRK4": 160, "trapezoidal rule": 2200}  # steps; the trapezoidal rule is the default
+SCHEMES = {"ESDIRK4": 140, "trapezoidal rule": 2100}  # steps; the trapezoidal rule is the default
 
 
 # begin

@@ -1,6 +1,7 @@
 """JAX and diffrax: the crank's angle as the only coordinate, the loop closed by a formula, Tsit5 with steps that end at the knots.
 
-The equation of motion is M w' = torque - V_a - M_a w^2 / 2; JAX differentiates M and V. The gradient is that of the discrete motion (`RecursiveCheckpointAdjoint`).
+The equation of motion is M w' = torque - V_a - M_a w^2 / 2; JAX differentiates M and V. The gradient is that of the discrete
+motion (`RecursiveCheckpointAdjoint`).
 """
 
 import diffrax

@@ -1,12 +1,13 @@
 """MJX: the model of `mujoco_four_bar.py` on JAX, RK4, reverse-mode derivatives through all steps.
 
 Reverse mode needs one iteration of the solver per step (more are a loop that JAX cannot reverse); one is enough here, because an equality constraint
-is a linear problem. The acceleration that version 3.17 demands of a loop lacks the term dJ/dt v (MuJoCo 4.0 has it), so that the loop opens by an error
-of the order of the time constant squared. The quantities of the model that depend on the length are replaced by functions of it.
+is a linear problem. The quantities of the model that depend on the length are replaced by functions of it.
+
+The acceleration that version 3.17 demands of a loop lacks the term dJ/dt v, which MuJoCo 4.0 has. Therefore the loop opens by an error of the
+order of the time constant squared.
 """
 
 import jax
-import mujoco
 import numpy as np
 from jax import numpy as jnp
 from mujoco import mjx
@@ -21,7 +22,7 @@ TIME_CONSTANT = 0.001  # s, of errors of the constraint; the shortest for these 
 # begin
 def of_length(model, coupler):
     """The model with another length of the coupler."""
-    rod, rocker = 2, 3
+    rod = 2
     mass = task.DENSITY * coupler
     across = mass * coupler**2 / 12
     return model.replace(

@@ -1,7 +1,7 @@
 """MuJoCo: a chain of two rods and one rod, connected by an equality constraint `connect`, which is soft in MuJoCo.
 
-Two ways: the semi-implicit Euler method with `mjd_transitionFD`, which computes difference quotients of each step, and an adjoint by hand; and RK4, of
-which `mjd_transitionFD` has none, with difference quotients of whole motions.
+Two ways: the semi-implicit Euler method with `mjd_transitionFD`, which computes difference quotients of each step, and an adjoint by hand; and RK4,
+which `mjd_transitionFD` does not support, with difference quotients of whole motions.
 """
 
 import mujoco
@@ -10,7 +10,7 @@ from mujoco import rollout
 
 import task
 
-EULER_STEPS, RK4_STEPS = 10_000, 2_000
+EULER_STEPS, RK4_STEPS = 10_000, 1_700
 WIDTH = 1e-5  # m or N m, of difference quotients
 STEP_WIDTH = 1e-6  # of those of a step
 
@@ -26,7 +26,7 @@ def linkage(coupler, steps, is_rk4, time_constant=0.002):
             <inertial pos="{length / 2} 0 0" mass="{mass}" diaginertia="1e-4 {mass * length**2 / 12} {mass * length**2 / 12}"/>{inner}</body>"""
 
     model = mujoco.MjModel.from_xml_string(f"""<mujoco><compiler angle="radian"/>
-        <option gravity="0 {-task.GRAVITY} 0" timestep="{h}" integrator="{"RK4" if is_rk4 else "Euler"}" tolerance="0" iterations="10"/>
+        <option gravity="0 {-task.GRAVITY} 0" timestep="{h}" integrator="{"RK4" if is_rk4 else "Euler"}" tolerance="1e-12"/>
         <worldbody>{rod("crank", 0.0, task.CRANK, rod("coupler", task.CRANK, coupler))}{rod("rocker", task.GROUND, task.ROCKER)}</worldbody>
         <equality><connect body1="coupler" body2="rocker" anchor="{coupler} 0 0" solref="{time_constant} 1" solimp="0.9999 0.9999 0.001"/></equality>
         <actuator><motor joint="crank"/></actuator></mujoco>""")

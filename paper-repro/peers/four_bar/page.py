@@ -77,7 +77,7 @@ def lines_of_code(program):
 def error(found, expected):
     """The largest difference, relative to the largest expected entry."""
     found, expected = np.atleast_1d(found), np.atleast_1d(expected)
-    return f"{np.abs(found - expected).max() / np.abs(expected).max():.0e}"
+    return f"{np.abs(found - expected).max() / np.abs(expected).max():.1e}"
 
 
 def number(x):
@@ -85,7 +85,8 @@ def number(x):
 
 
 def table(head, rows):
-    return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in [head, ["---"] * len(head), *rows])
+    line = lambda row: "| " + " | ".join(map(str, row)) + " |"
+    return "\n".join([line(head), "|" + "---|" * len(head), *map(line, rows)])
 
 
 def tables(results):
@@ -117,7 +118,8 @@ def machine():
         model = next(line.split(": ")[1] for line in pathlib.Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name"))
     except (OSError, StopIteration):
         model = platform.processor() or "unknown processor"
-    versions = [f"{package} {importlib.metadata.version(package)}" for _, module, packages in LIBRARIES.values() if is_installed(module) for package in packages]
+    packages = [package for _, module, packages in LIBRARIES.values() if is_installed(module) for package in packages]
+    versions = [f"{package} {importlib.metadata.version(package)}" for package in packages]
     load = f", load average at the start {os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else ""
     where = f"{platform.system()} {platform.machine()}, {model}, {os.cpu_count()} cores{load}"
     return f"{datetime.date.today()}, {where}; Python {platform.python_version()}, {', '.join(versions)}."

@@ -52,9 +52,9 @@ class FourBar:
         """The state at the end, by RK4; appends derivatives of the stages to a list."""
         h, x = task.DURATION / STEPS, self.start
         for before, middle, after in torques:
-            total = np.zeros(6)
+            total, k = np.zeros(6), np.zeros(6)
             for weight, shift, torque in ((1, 0.0, before), (2, 0.5, middle), (2, 0.5, middle), (1, 1.0, after)):
-                k = self.rate(x + shift * h * k if shift else x, torque)
+                k = self.rate(x + shift * h * k, torque)
                 total += weight * k
                 if slopes is not None:
                     slopes.append(self.slopes())

@@ -46,8 +46,8 @@ def absolute(coupler):
     """(x, y, angle of each rod, their rates), torque -> rates; the constraints are differentiated twice."""
     lengths = [CRANK, coupler, ROCKER]
     mass = np.diag([entry for length in lengths for entry in (rod(length)[0], rod(length)[0], rod(length)[1])])
-    ends = [(None, 0, -1), (0, 1, 1), (1, 2, 1), (None, 2, -1)]  # of A, B, C, D: rod and end of the one, rod and end of the other
-    other_end = {(0, 1): (1, -1), (1, 1): (2, 1)}
+    weight = -GRAVITY * np.array([0.0, 1.0, 0.0] * 3) * np.diag(mass)
+    joints = [[(0, -1)], [(0, 1), (1, -1)], [(1, 1), (2, 1)], [(2, -1)]]  # A, B, C, D: rods and their ends; the ground does not move
 
     def end(q, v, index, sign):
         """Jacobian of an end with respect to q, and its acceleration without that of q."""
@@ -59,9 +59,13 @@ def absolute(coupler):
 
     def rate(state, torque):
         q, v = state[:9], state[9:]
-        rows = [end(q, v, 0, -1), *(tuple(s - t for s, t in zip(end(q, v, *one), end(q, v, *other))) for one, other in other_end.items()), end(q, v, 2, -1)]
-        jacobian, bias = np.vstack([j for j, _ in rows]), np.concatenate([b for _, b in rows])
-        force = np.array([0.0, -GRAVITY * mass[0, 0], torque, 0.0, -GRAVITY * mass[3, 3], 0.0, 0.0, -GRAVITY * mass[6, 6], 0.0])
+        jacobian, bias = np.zeros((8, 9)), np.zeros(8)
+        for row, joint in zip(range(0, 8, 2), joints):
+            for sign, rod_and_end in zip((1, -1), joint):
+                by_q, without = end(q, v, *rod_and_end)
+                jacobian[row : row + 2] += sign * by_q
+                bias[row : row + 2] += sign * without
+        force = weight + torque * np.eye(9)[2]
         saddle = np.block([[mass, jacobian.T], [jacobian, np.zeros((8, 8))]])
         return np.concatenate([v, np.linalg.solve(saddle, np.concatenate([force, -bias]))[:9]])
 
@@ -73,9 +77,13 @@ def absolute(coupler):
 
 def end_state(rate, state, torques):
     """The state at the end; the integration starts anew at each knot, where the torque has a kink."""
+
+    def driven(t, state, start, torque, slope):
+        return rate(state, torque + slope * (t - start))
+
     for start, end, before, after in zip(KNOTS, KNOTS[1:], torques, torques[1:]):
-        linear = lambda t: before + (t - start) / (end - start) * (after - before)
-        found = solve_ivp(lambda t, x: rate(x, linear(t)), (start, end), state, "DOP853", rtol=TOLERANCE, atol=TOLERANCE)
+        linear = start, before, (after - before) / (end - start)
+        found = solve_ivp(driven, (start, end), state, "DOP853", rtol=TOLERANCE, atol=TOLERANCE, args=linear)
         state = found.y[:, -1]
     return state
 
