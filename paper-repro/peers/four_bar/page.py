@@ -104,7 +104,7 @@ def tables(results):
             solved = way["value"], way["by_torque"], way["by_length"]
             value, both = (1e3 * time for time in way["times"])
             lines = lines_of_code(LIBRARIES[name][0])
-            preparation = f"{way['preparation']:.2g}" if way["preparation"] > 0.1 else "< 0.1"
+            preparation = f"{way['preparation']:.2g}" if way["preparation"] > max(0.1, 0.1 * way["times"][1]) else "–"
             errors = [error(*pair) for pair in zip(solved, expected)]
             speed.append([name, scheme, *errors, number(value), number(both), number(both / value), preparation, lines])
             digits.append([name, scheme, *values(*solved)])
