@@ -2,6 +2,7 @@
 
 import json
 import pathlib
+import re
 import sys
 
 import numpy as np
@@ -47,3 +48,9 @@ def test_values_and_derivatives_converge_with_the_order_of_the_scheme(programs, 
 def test_the_reference_agrees_with_a_second_formulation():
     assert abs(REFERENCE["J in absolute coordinates"] - REFERENCE["J"]) < 1e-12
     assert abs(REFERENCE["dJ/dlength as a difference quotient"] - REFERENCE["dJ/dlength"]) < 1e-7
+
+
+def test_the_page_has_the_text_from_which_it_is_written():
+    page = (PROGRAMS.parents[2] / "docs" / "comparison.md").read_text(encoding="utf-8")
+    for text in re.split(r"<!-- \w+ -->", (PROGRAMS / "page.md").read_text(encoding="utf-8")):
+        assert text in page
