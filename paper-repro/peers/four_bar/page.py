@@ -54,7 +54,7 @@ def run(program):
     environment = {**os.environ, **ONE_THREAD, "PYTHONPATH": str(HERE.parent)}
     done = subprocess.run([sys.executable, HERE / f"{program}.py"], capture_output=True, text=True, env=environment, preexec_fn=one_core)
     if done.returncode:
-        return (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1].replace("|", "/")
+        return "failed: " + (done.stderr.strip().splitlines() or [f"exit status {done.returncode}"])[-1].replace("|", "/")
     return json.loads(done.stdout.strip().splitlines()[-1])
 
 
