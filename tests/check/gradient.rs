@@ -143,14 +143,16 @@ fn a_derivative_that_is_zero_is_no_reason_for_alarm() {
         .assert_passed();
 }
 
+/// ½ b₁ (φ − b₀)².
+struct Aim;
+impl Cost<1, 0, 0, 2> for Aim {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 2>) -> S {
+        b[1] * (at.q[0] - b[0]).powi(2) * 0.5
+    }
+}
+
 /// A rod on a hinge, started at rest at an angle, and its end angle aimed at: ½ b₁ (φ − b₀)².
 fn aimed(at: f64, aim: impl Fn(f64) -> f64) -> (System, Inputs) {
-    struct Aim;
-    impl Cost<1, 0, 0, 2> for Aim {
-        fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, b: &SVector<S, 2>) -> S {
-            b[1] * (at.q[0] - b[0]).powi(2) * 0.5
-        }
-    }
     let build = |aim: f64| {
         let mut scene = Scene::new();
         scene.gravity(0.0, -9.81);
@@ -181,6 +183,31 @@ fn a_motion_at_rest_has_a_right_gradient() {
         let report = check::gradient(&system, &inputs, Settings::default()).run().expect("motion");
         println!("{report}");
         assert!(matches!((report.verdict(), aim), (Verdict::Right, 1.0) | (Verdict::NothingCompared, 0.0)), "{aim}");
+    }
+}
+
+/// The mass scales inertia and weight alike, so that the motion does not depend on it.
+#[test]
+fn a_design_variable_without_effect_has_a_right_gradient() {
+    for length in [0.3, 1.0, 2.0] {
+        for angle in [-0.4, 0.7, 2.0] {
+            let mut scene = Scene::new();
+            scene.gravity(0.0, -9.81);
+            let mass = scene.design("mass", 0.8);
+            let start = [0.5 * length * f64::cos(angle), 0.5 * length * f64::sin(angle), angle];
+            let rod = scene.body("rod", mass, mass * (length * length / 12.0), start);
+            scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), rod.at(-0.5 * length, 0.0));
+            scene.cost("aim", Aim, Sum::Terminal, [rod.coordinates[2]], [], [], [0.1.into(), 1.0.into()]);
+            let system = scene.compile().expect("scene");
+            let inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.01));
+            let report = check::gradient(&system, &inputs, Settings::default()).directions(3, 1).complete().run();
+            let report = report.expect("motion");
+            println!("{length} {angle}: {report}");
+            report.assert_passed();
+            let products = check::hessian(&system, &inputs, Settings::default()).run().expect("motion");
+            println!("{products}");
+            products.assert_passed();
+        }
     }
 }
 

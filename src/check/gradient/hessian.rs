@@ -11,14 +11,14 @@ use super::directions::{only, product, random};
 use super::own::Own;
 use super::print::{explain_difference, print_warnings};
 use super::report::DIFFERENCED;
-use super::sizes::sizes_of_inputs;
+use super::sizes::{Terms, sizes_of_inputs};
 use super::subject::{Subject, warnings_of};
 use super::taylor::FIRST_STEP;
 use super::ways::Way;
 use crate::check::Input;
 use crate::{Error, Hyper, Inputs, Output, Settings, System};
 
-/// Rounding error relative to the largest terms of all rows and of the gradient; products below it, as for a linear J, count as zero.
+/// Rounding error relative to the largest of all rows, of the gradient and of its terms; products below it, as for a linear J, count as zero.
 const ROUNDING: f64 = 1e-14;
 
 /// A check of products of the Hessian, created by [`hessian`].
@@ -110,7 +110,8 @@ impl HessianCheck<'_> {
         // If J is of third or higher order here, its products are rounding errors of its changes nearby.
         let nearby = |s: f64| (reference.beside(&all, s, |solver| solver.value_of(subject.which)) - gradient.value).abs();
         let nearby = nearby(FIRST_STEP).max(nearby(-FIRST_STEP));
-        let largest = rows.iter().fold(product(&gradient, &all).1.max(nearby), |largest, row| largest.max(row.2));
+        let terms = Terms::new(subject.system, &sizes, &mut solver).along(&all);
+        let largest = rows.iter().fold(product(&gradient, &all).1.max(nearby).max(terms), |largest, row| largest.max(row.2));
         let rows = rows
             .into_iter()
             .map(|(name, values, size, error)| HessianRow::new(name, values, [size, largest, error], self.tolerance));
@@ -160,7 +161,8 @@ impl HessianRow {
         tolerance: f64,
     ) -> Self {
         let floor = (ROUNDING * largest).max(uncertainty);
-        let near = |x: f64| (x - reference).abs() <= (tolerance * size).max(floor);
+        // Both may have this rounding error.
+        let near = |x: f64| (x - reference).abs() <= (tolerance * size).max(2.0 * floor);
         let verdict = match near(product) && near(transposed) {
             _ if uncertainty.is_nan() || uncertainty > DIFFERENCED * largest => Verdict::NothingCompared,
             true => Verdict::Right,

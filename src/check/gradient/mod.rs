@@ -27,7 +27,7 @@ use crate::{Error, Gradient, Inputs, Output, Settings, System, Warning};
 use directions::{only, product, random};
 use identity::identity;
 use own::Own;
-use sizes::{sizes_of_inputs, sizes_of_terms};
+use sizes::{Terms, sizes_of_inputs};
 use subject::{Subject, warnings_of};
 use taylor::taylor;
 use ways::Ways;
@@ -118,7 +118,8 @@ impl GradientCheck<'_> {
         let mut random_source = Random::new(self.seed);
         let parts = Part::all_of(subject.inputs);
         let sizes = sizes_of_inputs(subject.system, subject.inputs, &mut solver);
-        let mut ways = Ways::new(subject, sizes_of_terms(subject.system, &mut solver))?;
+        let terms = Terms::new(subject.system, &sizes, &mut solver);
+        let mut ways = Ways::new(subject, terms)?;
         let mut directions = Vec::new();
         for _ in 0..self.directions {
             for &part in &parts {

@@ -29,7 +29,7 @@ pub struct DirectionReport {
     pub size: f64,
     /// Smallest scale of the errors, from three contributions. The first is 1e-6 |J| + 1e-4 |d²J|: dJ is known at best to the rounding
     /// error of J and, at an optimum, to the effect of the rounding errors of the motion. The second is 1e-4 of the terms of dJ/dΔt, which
-    /// cancel for a mechanism at rest. The third is 1e-6 of the largest row, or 1e-3 of the largest single input.
+    /// cancel for a mechanism at rest, and of dJ/db, which cancel if a mass scales inertia and weight alike. The third is 1e-6 of the largest row, or 1e-3 of the largest single input.
     pub floor: f64,
     /// True if dJ, at these inputs or at inputs nearby, is larger than the tolerated error; otherwise every value would pass.
     pub is_seen: bool,

@@ -1,4 +1,5 @@
-//! Size of the change of each input, typical of inputs of its kind; and sizes of the terms of derivatives with respect to step lengths.
+//! Size of the change of each input, typical of inputs of its kind; and sizes of the terms of derivatives with respect to step lengths and
+//! design variables.
 //!
 //! Coordinates, velocities, momenta and controls have different units, m and rad, N and N m. A small or zero input is compared with the
 //! others in units of the masses, in which all of them have the same unit:
@@ -70,13 +71,38 @@ fn largest_by_controls(system: &System, inputs: &Inputs, largest: &dyn Fn(&[f64]
     force.column_iter().map(|column| largest(column.as_slice(), -1)).collect()
 }
 
-/// For each given step, the size of the terms of its derivative: rounding of a, b, v and ṗ* changes dJ by 1e-16 of it. If a mechanism is
-/// at rest under its weight, the terms cancel and leave rounding.
+/// Sizes of the terms of derivatives: rounding of a, b, v and ṗ* changes dJ by 1e-16 of them. If a mechanism is at rest under its weight, the
+/// terms of dJ/dΔt cancel and leave rounding; if a mass scales inertia and weight alike, so do those of dJ/db.
 ///
 /// ```text
 ///   dJ/dΔt_i = −½ (a·(v₋ + v) + b·(ṗ*₋ + ṗ*)) + …      |b·ṗ*| ≤ ‖b‖ ‖ṗ*‖ with Σ m b² and Σ ṗ*²/m, independent of units; |a·v| alike
+///   dJ/db    = −½ Σ Δt_i (… + b·(∂Q₋/∂b + ∂Q/∂b)) + …  of the same size over that of b if b is a factor of forces or of masses
 /// ```
-pub(super) fn sizes_of_terms(system: &System, solver: &mut Solver) -> Vec<f64> {
+pub(super) struct Terms {
+    /// For each given step, the size of the terms of dJ/dΔt_i.
+    by_step: Vec<f64>,
+    /// Sum of these times the lengths of the steps.
+    of_motion: f64,
+    /// The size of the change of each design variable.
+    designs: Vec<f64>,
+}
+
+impl Terms {
+    pub(super) fn new(system: &System, sizes: &Inputs, solver: &mut Solver) -> Self {
+        let by_step = terms_by_step(system, solver);
+        let of_motion = by_step.iter().zip(&sizes.grid.steps).map(|(size, dt)| size * dt).sum();
+        Terms { by_step, of_motion, designs: sizes.design.as_slice().to_vec() }
+    }
+
+    /// The size of the terms of dJ along a direction.
+    pub(super) fn along(&self, direction: &Inputs) -> f64 {
+        let by_steps = self.by_step.iter().zip(&direction.grid.steps).map(|(size, d)| size * d);
+        let by_designs = self.designs.iter().zip(direction.design.iter()).map(|(size, d)| self.of_motion * d / size);
+        by_steps.chain(by_designs).map(|term| term * term).sum::<f64>().sqrt()
+    }
+}
+
+fn terms_by_step(system: &System, solver: &mut Solver) -> Vec<f64> {
     let masses = masses(&solver.forward_mut().stepper.newton.linearisation, system);
     let (motion, refinement) = (solver.trajectory(), solver.refinement());
     let taken = solver.inputs().grid.steps.len();

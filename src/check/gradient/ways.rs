@@ -7,6 +7,7 @@ use super::super::direct::moved;
 use super::super::ridders::ridders;
 use super::directions::product;
 use super::report::{CAUTION, DirectionReport};
+use super::sizes::Terms;
 use super::subject::Subject;
 use super::taylor::FIRST_STEP;
 use crate::check::Input;
@@ -24,7 +25,7 @@ pub(super) const OF_VALUE: f64 = 1e-6;
 const OF_CURVATURE: f64 = 1e-4;
 /// Second differences below this fraction of |J| are rounding of J.
 const SEEN: f64 = 16.0 * f64::EPSILON / (BENT_STEP * BENT_STEP);
-/// Fraction of the terms of derivatives by step lengths. A tolerance of 1e-9 of it is the rounding error of a sum of some thousand terms.
+/// Fraction of the terms of derivatives by step lengths and design variables. A tolerance of 1e-9 of it is the rounding error of a sum of some thousand terms.
 const OF_TERMS: f64 = 1e-4;
 
 /// Motions computed with another number type, and ordinary ones near the one at the inputs.
@@ -72,15 +73,14 @@ impl<'a, R: Real> Way<'a, R> {
 
 /// Ways to compute dJ along a direction.
 pub(super) struct Ways<'a> {
-    /// Size of the terms of dJ/dΔt for each step.
-    of_steps: Vec<f64>,
+    terms: Terms,
     dual: Way<'a, Dual64>,
     complex: Way<'a, Cx>,
 }
 
 impl<'a> Ways<'a> {
-    pub(super) fn new(subject: Subject<'a>, of_steps: Vec<f64>) -> Result<Self, Error> {
-        Ok(Ways { of_steps, dual: Way::new(subject)?, complex: Way::new(subject)? })
+    pub(super) fn new(subject: Subject<'a>, terms: Terms) -> Result<Self, Error> {
+        Ok(Ways { terms, dual: Way::new(subject)?, complex: Way::new(subject)? })
     }
 
     /// The largest [`LiftedSolver::rounding`] of all motions.
@@ -121,7 +121,7 @@ impl<'a> Ways<'a> {
         let curvature = (above - 2.0 * value + below).abs() / (BENT_STEP * BENT_STEP);
         // Without neighbouring motions d²J is unknown.
         let curvature = if curvature.is_finite() { curvature } else { 0.0 };
-        let terms = self.of_steps.iter().zip(&direction.grid.steps).map(|(size, d)| (size * d).powi(2)).sum::<f64>().sqrt();
+        let terms = self.terms.along(direction);
         let is_seen = curvature > SEEN * value_around;
         let floor = OF_VALUE * value_around + OF_TERMS * terms + OF_CURVATURE * curvature;
         (floor, terms.max(if is_seen { curvature } else { 0.0 }))
