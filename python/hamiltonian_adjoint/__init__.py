@@ -27,6 +27,7 @@ from ._grid import steps_through
 from ._hamiltonian_adjoint import __version__
 from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event, Group, Joint, Marker, Output, Particle, Point, SpaceBody
 from ._identify import Table
+from ._mechanics import MarkerState, Mechanics
 from ._objective import Objective
 from ._optimise import MultipleShooting, Problem, Trials, minimise
 from ._optimum import Iterate, Optimum, lowest
@@ -59,6 +60,8 @@ __all__ = [
     "JointData",
     "LongSolver",
     "Marker",
+    "MarkerState",
+    "Mechanics",
     "Motion",
     "MotionError",
     "MotionWarning",

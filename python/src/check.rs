@@ -63,7 +63,7 @@ pub(crate) fn in_background<T: Send + 'static>(py: Python<'_>, compute: impl FnO
     Ok(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
 }
 
-fn strings(list: &[String]) -> Vec<&str> {
+pub(crate) fn strings(list: &[String]) -> Vec<&str> {
     list.iter().map(String::as_str).collect()
 }
 

@@ -8,6 +8,7 @@ mod convert;
 mod errors;
 mod estimate;
 mod identify;
+mod mechanics;
 mod optimise;
 mod problem;
 mod progress;
@@ -25,6 +26,7 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<solver::Solver>()?;
     module.add_class::<solver::LongSolver>()?;
     module.add_class::<solver::Motion>()?;
+    module.add_class::<mechanics::Mechanics>()?;
     module.add_function(wrap_pyfunction!(scene::kinds, module)?)?;
     module.add_function(wrap_pyfunction!(scene::cart_pendulum, module)?)?;
     module.add_function(wrap_pyfunction!(solver::gradients, module)?)?;

@@ -87,6 +87,8 @@ impl Scene {
 #[pyclass(frozen, subclass, module = "hamiltonian_adjoint._hamiltonian_adjoint")]
 pub(crate) struct System {
     pub(crate) system: ha::System,
+    /// The scene, in which parts are found by name.
+    pub(crate) scene: ha::Scene,
     /// The parts of its scene.
     #[pyo3(get)]
     parts: Vec<String>,
@@ -102,7 +104,8 @@ impl System {
     #[new]
     fn new(py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let of = scene.scene.clone();
-        Ok(System { system: py.detach(|| of.compile()).map_err(raised)?, parts: scene.parts.clone() })
+        let system = py.detach(|| of.compile()).map_err(raised)?;
+        Ok(System { system, scene: scene.scene.clone(), parts: scene.parts.clone() })
     }
 
     /// The number of coordinates.

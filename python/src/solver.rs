@@ -203,13 +203,13 @@ pub(crate) fn gradients<'py>(
 /// A motion with its inputs.
 #[pyclass(frozen, module = "hamiltonian_adjoint._hamiltonian_adjoint")]
 pub(crate) struct Motion {
-    system: Py<System>,
-    data: Arc<Data>,
+    pub(crate) system: Py<System>,
+    pub(crate) data: Arc<Data>,
 }
 
-struct Data {
-    inputs: ha::Inputs,
-    trajectory: ha::Trajectory,
+pub(crate) struct Data {
+    pub(crate) inputs: ha::Inputs,
+    pub(crate) trajectory: ha::Trajectory,
 }
 
 impl Motion {

@@ -191,7 +191,7 @@ impl Mechanics {
     }
 
     /// The number of velocities that the constraints leave free, here and nearby: n − rank Φ_q.
-    pub(crate) fn degrees_of_freedom(&self) -> usize {
+    pub fn degrees_of_freedom(&self) -> usize {
         let (system, sigma) = (&self.system, vec![0.0; self.system.m()]);
         let at = self.view(&sigma);
         let rank = Scaled::at(system, &at).map_or(system.m(), |here| here.rank(system, &at));
@@ -254,9 +254,14 @@ impl Mechanics {
         self.system.sketch().space.state_of(marker, &|param| self.parameter(param), [&self.q, &self.v, v_dot])
     }
 
-    /// The coordinates q.
-    pub(crate) fn q(&self) -> &[f64] {
+    /// The coordinates q, m or rad.
+    pub fn q(&self) -> &[f64] {
         &self.q
+    }
+
+    /// The velocities v, m/s or rad/s.
+    pub fn v(&self) -> &[f64] {
+        &self.v
     }
 
     /// The value of a parameter.
