@@ -485,6 +485,10 @@ class Scene(Parts):
         """Adds the output w (q − value) of a coordinate at a node, for fits to measurements."""
         self._add("reading", name, coordinate=self._own(coordinate).name, node=int(node), value=float(value), weight=float(weight))
 
+    def reading_time(self, name: str, node: int, time: float) -> None:
+        """Records the time of a reading at a node, s. Fits reject inputs whose node is at another time."""
+        self._add("reading time", name, node=int(node), time=float(time))
+
     def readings(
         self,
         name: str,
@@ -500,16 +504,17 @@ class Scene(Parts):
         """Adds an output (quantity − value) / deviation for each reading of a quantity, a coordinate or a formula such as `x.v` or `rope[0].lam`.
 
         `deviation` is the standard deviation, or one for each reading. `steps`, `dt` and `t0` are the grid of the motion, whose nodes must include the
-        times of the readings, s (`steps_through`). The output of reading i is called `name.i`.
+        times of the readings, s (`steps_through`); inputs with nodes at other times are rejected. The output of reading i is called `name.i`.
         """
         t, x, s = checked_readings(name, times, values, deviation)
         nodes = _core.nodes_of_readings(name, t.tolist(), lengths_of_steps(steps, dt).tolist(), float(t0))
         outputs = [Output(f"{name}.{i}", self) for i in range(len(t))]
-        for output, at, value, weight in zip(outputs, nodes, x.tolist(), (1.0 / s).tolist()):
+        for output, at, time, value, weight in zip(outputs, nodes, t.tolist(), x.tolist(), (1.0 / s).tolist()):
             if isinstance(quantity, Coordinate):
                 self.reading(output.name, quantity, at, value, weight)
             else:
                 self.output(output.name, lambda of: (quantity - of.b[0]) * of.b[1], sum=node(at), b=[value, weight])
+            self.reading_time(output.name, at, time)
         return outputs
 
     # Robots

@@ -37,7 +37,7 @@ pub(crate) fn check_gradient(
     keywords: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Checked> {
     let (of, settings) = (system.system.clone(), settings(keywords)?);
-    let inputs = inputs.inputs(&of)?;
+    let inputs = if output.is_some() { inputs.with_readings(&of)? } else { inputs.inputs(&of)? };
     let names = (0..of.outputs()).map(|k| of.output_name(k));
     let output = output.map(|name| number("output", name, names)).transpose()?.map(|k| of.output(k));
     let run = move || {

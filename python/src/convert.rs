@@ -7,7 +7,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArra
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::errors::{warnings, wrong_input};
+use crate::errors::{raised, warnings, wrong_input};
 
 pub(crate) fn vector<'py>(py: Python<'py>, x: &[f64]) -> Bound<'py, PyArray1<f64>> {
     PyArray1::from_slice(py, x)
@@ -54,6 +54,13 @@ pub(crate) fn event_names(system: &System) -> impl Iterator<Item = &str> {
 }
 
 impl Given<'_> {
+    /// The inputs, for outputs that compare nodes with readings.
+    pub(crate) fn with_readings(&self, system: &System) -> PyResult<Inputs> {
+        let inputs = self.inputs(system)?;
+        inputs.check_reading_times(system).map_err(raised)?;
+        Ok(inputs)
+    }
+
     pub(crate) fn inputs(&self, system: &System) -> PyResult<Inputs> {
         let list = |x: &PyReadonlyArray1<'_, f64>| x.as_array().to_vec();
         let (q, v) = (DVector::from_vec(list(&self.q)), DVector::from_vec(list(&self.v)));

@@ -43,6 +43,7 @@ fn class(error: &Error) -> &'static str {
         | TimeStep { .. }
         | NoSuchInput { .. }
         | NoSuchEvent { .. }
+        | ReadingTime { .. }
         | EventsInPart
         | Memory { .. }
         | OutOfMemory { .. } => "InputError",

@@ -1,6 +1,6 @@
 //! Solvers, and motions as data.
 
-use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use hamiltonian_adjoint as ha;
 use hamiltonian_adjoint::Error;
@@ -45,7 +45,23 @@ impl<T: Send> Guarded<T> {
 
 /// A solver of one system for many inputs.
 #[pyclass(frozen, module = "hamiltonian_adjoint._hamiltonian_adjoint")]
-pub(crate) struct Solver(Guarded<ha::Solver>);
+pub(crate) struct Solver {
+    guarded: Guarded<ha::Solver>,
+    /// The first reading whose time is not that of its node, for the last motion.
+    wrong_time: Mutex<Option<Error>>,
+}
+
+impl Solver {
+    fn begin(&self, system: &ha::System, inputs: &ha::Inputs) {
+        *self.wrong_time.lock().unwrap_or_else(PoisonError::into_inner) = inputs.check_reading_times(system).err();
+    }
+
+    /// Fails if the last motion has readings at other times.
+    fn check_times(&self) -> PyResult<()> {
+        let wrong = self.wrong_time.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        wrong.map_or(Ok(()), |error| Err(raised(error)))
+    }
+}
 
 #[pymethods]
 impl Solver {
@@ -55,18 +71,20 @@ impl Solver {
         let (signals, bar) = (Signals::default(), Bar::new(progress));
         let mut solver = ha::Solver::new(&system.system, settings(keywords)?);
         solver.watch(bar.watcher(&signals));
-        Ok(Solver(Guarded { solver: Mutex::new(solver), signals, bar }))
+        let guarded = Guarded { solver: Mutex::new(solver), signals, bar };
+        Ok(Solver { guarded, wrong_time: Mutex::new(None) })
     }
 
     fn simulate(&self, py: Python<'_>, system: Py<System>, inputs: Given<'_>) -> PyResult<Motion> {
         let inputs = inputs.inputs(&system.get().system)?;
-        self.0.run(py, |solver| solver.simulate(&inputs).map(drop))?;
+        self.guarded.run(py, |solver| solver.simulate(&inputs).map(drop))?;
+        self.begin(&system.get().system, &inputs);
         self.motion(system)
     }
 
     /// The last motion, up to a failed step.
     fn motion(&self, system: Py<System>) -> PyResult<Motion> {
-        let solver = self.0.lock()?;
+        let solver = self.guarded.lock()?;
         let data = Data { inputs: solver.inputs().clone(), trajectory: solver.trajectory().clone() };
         Ok(Motion { system, data: Arc::new(data) })
     }
@@ -74,37 +92,43 @@ impl Solver {
     /// J and its derivatives for inputs.
     fn solve<'py>(&self, py: Python<'py>, system: &System, inputs: Given<'py>) -> PyResult<Bound<'py, PyDict>> {
         let inputs = inputs.inputs(&system.system)?;
-        let gradient = self.0.run(py, |solver| {
+        let gradient = self.guarded.run(py, |solver| {
             solver.simulate(&inputs)?;
             solver.gradient().cloned()
         })?;
+        self.begin(&system.system, &inputs);
         derivatives(py, &gradient)
     }
 
     /// J and its derivatives for the last motion.
     fn gradient<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        self.0.run(py, |solver| solver.gradient().cloned()).and_then(|of| derivatives(py, &of))
+        self.guarded.run(py, |solver| solver.gradient().cloned()).and_then(|of| derivatives(py, &of))
     }
 
     fn weighted_gradient<'py>(&self, py: Python<'py>, cost: f64, outputs: Vec<f64>) -> PyResult<Bound<'py, PyDict>> {
-        self.0.run(py, |solver| solver.weighted_gradient(cost, &outputs).cloned()).and_then(|of| derivatives(py, &of))
+        if outputs.iter().any(|weight| *weight != 0.0) {
+            self.check_times()?;
+        }
+        self.guarded.run(py, |solver| solver.weighted_gradient(cost, &outputs).cloned()).and_then(|of| derivatives(py, &of))
     }
 
     fn jacobian<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        self.0.run(py, |solver| solver.jacobian())?.iter().map(|of| derivatives(py, of)).collect()
+        self.check_times()?;
+        self.guarded.run(py, |solver| solver.jacobian())?.iter().map(|of| derivatives(py, of)).collect()
     }
 
     fn hessian_product<'py>(&self, py: Python<'py>, system: &System, of: Given<'py>) -> PyResult<Bound<'py, PyDict>> {
         let direction = of.inputs(&system.system)?;
-        self.0.run(py, |solver| solver.hessian_product(&direction).cloned()).and_then(|of| derivatives(py, &of))
+        self.guarded.run(py, |solver| solver.hessian_product(&direction).cloned()).and_then(|of| derivatives(py, &of))
     }
 
     fn cost(&self, py: Python<'_>) -> PyResult<f64> {
-        self.0.run(py, |solver| solver.cost())
+        self.guarded.run(py, |solver| solver.cost())
     }
 
     fn outputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        self.0.run(py, |solver| solver.outputs()).map(|outputs| vector(py, outputs.as_slice()))
+        self.check_times()?;
+        self.guarded.run(py, |solver| solver.outputs()).map(|outputs| vector(py, outputs.as_slice()))
     }
 
     /// Inputs on an adaptive grid, with an assembled start, or with events.
@@ -118,7 +142,7 @@ impl Solver {
         number: f64,
     ) -> PyResult<Bound<'py, PyDict>> {
         let inputs = inputs.inputs(&system.system)?;
-        let prepared = self.0.run(py, |solver| match way {
+        let prepared = self.guarded.run(py, |solver| match way {
             "adapt" => solver.adapt(&inputs, number),
             "find phases" => solver.find_phases(&inputs, number as usize),
             _ => solver.assemble(&inputs),
@@ -128,12 +152,12 @@ impl Solver {
 
     /// Reports of the last motion and of the last backward sweep.
     fn report(&self) -> PyResult<(String, String)> {
-        let solver = self.0.lock()?;
+        let solver = self.guarded.lock()?;
         Ok((solver.report().to_string(), solver.adjoint_report().to_string()))
     }
 
     fn warnings(&self) -> PyResult<Vec<(String, String)>> {
-        Ok(warnings(&self.0.lock()?.report().warnings))
+        Ok(warnings(&self.guarded.lock()?.report().warnings))
     }
 }
 
@@ -163,7 +187,7 @@ impl LongSolver {
     }
 
     fn jacobian<'py>(&self, py: Python<'py>, system: &System, of: Given<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
-        let inputs = of.inputs(&system.system)?;
+        let inputs = of.with_readings(&system.system)?;
         self.0.run(py, |solver| solver.jacobian(&inputs))?.iter().map(|of| derivatives(py, of)).collect()
     }
 }

@@ -1,5 +1,7 @@
 """Readings and fits."""
 
+import pickle
+
 import hamiltonian_adjoint as ha
 import numpy as np
 import pytest
@@ -105,6 +107,62 @@ def test_mistakes(times, values, keywords, message):
     with pytest.raises(ha.InputError, match=message):
         scene.readings("x", x, times, values, **{"deviation": 0.1, "steps": 10, "dt": 0.1, **keywords})
     assert not scene.compile().outputs
+
+
+@pytest.mark.parametrize("quantity", [lambda x: x, lambda x: 2.0 * x])
+def test_readings_belong_to_their_times(quantity):
+    scene, x, stiffness = oscillator()
+    times = np.linspace(0.1, 2.0, 20)
+    values = measured(lambda t: quantity(np.cos(2.0 * t)), times, 0.01)
+    scene.readings("position", quantity(x), times, values, deviation=0.01, steps=200, dt=0.01)
+    for of in (scene, ha.Scene.from_json(scene.to_json()), pickle.loads(pickle.dumps(scene))):
+        system = of.compile()
+        system = pickle.loads(pickle.dumps(system))
+        right, slow, late = system.at_rest(200, 0.01), system.at_rest(200, 0.02), system.at_rest(200, 0.01)
+        late.t0 = 0.5
+        solver = ha.Solver(system)
+        evaluations = [
+            lambda inputs: ha.minimise(system, inputs, [stiffness], method="Levenberg-Marquardt", iterations=2),
+            lambda inputs: ha.Problem(system, inputs, [stiffness]).multi_start([[3.0]], iterations=2),
+            lambda inputs: ha.Trials([ha.Problem(system, inputs, [stiffness])]).start,
+            lambda inputs: ha.Objective(system, inputs, [stiffness]).outputs([3.0]),
+            lambda inputs: ha.Objective(system, inputs, [stiffness]).jacobian([3.0]),
+            lambda inputs: ha.check_gradient(system, inputs, output="position.3"),
+            lambda inputs: ha.LongSolver(system, 10**6).jacobian(inputs),
+            lambda inputs: solver.gradient(inputs) and solver.outputs(),
+            lambda inputs: solver.simulate(inputs) and solver.weighted_gradient(0.0, np.ones(20)),
+        ]
+        for evaluate in evaluations:
+            evaluate(right)
+            with pytest.raises(ha.InputError, match="reading `position.0` belongs to 0.1 s, but node 10 is at 0.2 s; use the steps"):
+                evaluate(slow)
+            with pytest.raises(ha.InputError, match="node 10 is at 0.6 s"):
+                evaluate(late)
+        # The motion and J do not read nodes.
+        assert ha.simulate(system, slow).times[-1] == pytest.approx(4.0) and ha.gradient(system, slow).value == 0.0
+        # The same nodes from other sums.
+        right.steps[:] = np.diff(np.arange(201) * 0.01)
+        evaluations[0](right)
+
+
+def test_an_optimiser_may_move_readings():
+    # The clock of the sensor started later by an unknown time, the length of the first step.
+    scene, x, stiffness = oscillator()
+    times = np.linspace(0.1, 2.0, 20)
+    scene.readings("position", x, times, measured(lambda t: np.cos(2.0 * (t + 0.03)), times, 0.01), deviation=0.01, steps=200, dt=0.01)
+    system = scene.compile()
+    free = [stiffness, ha.step_length(1, within=(0.001, 0.1), scale=0.01)]
+    found = ha.minimise(system, system.at_rest(200, 0.01), free, method="Levenberg-Marquardt")
+    errors = found.standard_errors
+    assert abs(found.inputs[stiffness] - 4.0) < 3 * errors[0] < 0.1 and abs(found.inputs.steps[0] - 0.04) < 3 * 0.01 * errors[1] < 0.02
+    again = ha.minimise(system, found.inputs, free, method="Levenberg-Marquardt")
+    assert again.value == pytest.approx(found.value)
+    problem = ha.Problem(system, system.at_rest(200, 0.01), [stiffness])
+
+    def stretch(inputs, s):
+        inputs.steps[:] = 0.01 * (1.0 + 0.1 * s)
+
+    problem.homotopy(stretch, iterations=1)
 
 
 def test_mistakes_in_tables_and_grids():

@@ -298,6 +298,14 @@ impl fmt::Display for Error {
                 "`{term}` reads event {event}, counted from 0 (`Sum::Event`), but the inputs have {events}; name the event and its node in `Inputs::events`, \
                  for example by `Solver::find_phases`"
             ),
+            Error::ReadingTime { reading, time, node, found } => {
+                write!(f, "reading `{reading}` belongs to {time} s, but ")?;
+                match found {
+                    Some(found) => write!(f, "node {node} is at {found} s")?,
+                    None => write!(f, "the grid has no node {node}")?,
+                }
+                write!(f, "; use the steps and the start time for which the readings were added")
+            }
             Error::EventsInPart => write!(
                 f,
                 "the inputs are a part of a longer motion (`Grid::part`), and have events; events are located in whole motions only, so simulate the part \

@@ -423,6 +423,17 @@ pub enum Error {
         /// The number of events of the inputs.
         events: usize,
     },
+    /// A reading is compared with a node that is at another time ([`Scene::reading_time`](crate::Scene::reading_time)).
+    ReadingTime {
+        /// The reading.
+        reading: String,
+        /// Its time, s.
+        time: f64,
+        /// Its node.
+        node: usize,
+        /// The time of this node, s; `None` if the grid has no such node.
+        found: Option<f64>,
+    },
     /// The inputs of a part of a motion have events.
     EventsInPart,
     /// Two events at which constraint equations open or close happen at the same time, and what follows depends on their order.

@@ -14,6 +14,7 @@ mod inputs;
 mod occurrence;
 mod open;
 mod progress;
+mod reading_times;
 mod refinement;
 mod report;
 mod states;

@@ -2,7 +2,7 @@
 
 use super::problem::Interval;
 use crate::model::Handle;
-use crate::{Control, Coordinate, Design, Error, System};
+use crate::{Control, Coordinate, Design, Error, Inputs, System};
 
 /// A quantity that an optimiser may change.
 #[derive(Clone, Debug, PartialEq)]
@@ -148,4 +148,10 @@ impl Quantity {
             _ => format!("length of step {}", index + 1),
         })
     }
+}
+
+/// Checks the times of readings, unless the optimiser may move their nodes; these may have been moved before.
+pub(super) fn check_reading_times(system: &System, inputs: &Inputs, free: &[Free]) -> Result<(), Error> {
+    let moves = |of: &Free| matches!(of.quantity, Quantity::Duration | Quantity::StepLength(_));
+    if free.iter().any(moves) { Ok(()) } else { inputs.check_reading_times(system) }
 }

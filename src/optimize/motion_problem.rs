@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 
+use super::free::check_reading_times;
 use super::held;
 use super::problem::{Interval, Problem, set_row};
 use super::sizes::Sizes;
@@ -47,11 +48,16 @@ impl MotionProblem {
     ///
     /// # Errors
     /// Inputs that do not fit the system, or variables for another system or number of nodes. For a start that is not assembled: a free
-    /// coordinate, velocity or design variable (such as the length of a link) that constraints determine ([`Error::NotFree`]).
+    /// coordinate, velocity or design variable (such as the length of a link) that constraints determine ([`Error::NotFree`]). Readings whose nodes
+    /// are at other times ([`Inputs::check_reading_times`]), unless the duration or lengths of steps are free.
     pub fn new(system: &System, settings: Settings, inputs: Inputs, mut variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
         variables.check(system, &inputs)?;
         held::check(system, &settings, &inputs, variables.free())?;
+        // A segment is checked together with the others.
+        if inputs.grid.around == [0, 0] {
+            check_reading_times(system, &inputs, variables.free())?;
+        }
         let constraints = default_constraints(system);
         let (x, solver, direction) = (variables.take(&inputs)?, Solver::new(system, settings), inputs.no_change());
         let gradient = vec![0.0; x.len()];

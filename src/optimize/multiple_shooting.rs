@@ -7,7 +7,7 @@ use nalgebra::DVector;
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use super::free::Free;
+use super::free::{Free, check_reading_times};
 use super::motion_problem::{Changed, MotionProblem, default_constraints};
 use super::problem::Interval;
 use super::segment::Segment;
@@ -88,6 +88,7 @@ impl MultipleShooting {
         let whole = Variables::new(system, &inputs, free.clone())?;
         let running = accepted::running_outputs(system)?;
         accepted::check(system, &inputs, &free, states, segments)?;
+        check_reading_times(system, &inputs, &free)?;
         let of_macro_steps: Vec<usize> = inputs.grid.macro_ends().collect();
         // Cut k is after k/segments of the macro steps, rounded down, so that cuts are in order; remaining steps belong to the last segment.
         let cut = |k: usize| (k * of_macro_steps.len() / segments).checked_sub(1).map_or(0, |last| of_macro_steps[last]);

@@ -4,10 +4,10 @@ use nalgebra::SVector;
 
 use super::Scene;
 use super::ready::{Added, Entry, Kind, Part, Sort};
-use crate::Scalar;
 use crate::model::element::{Cost, CostPoint, ListCost, Sum};
 use crate::model::{Control, Coordinate, Multiplier, Output, Param};
 use crate::system::{Fixed, PlacedCost};
+use crate::{Error, Scalar};
 
 /// The outputs of a coordinate at the end of a motion ([`Scene::end_state`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,6 +106,15 @@ static READING: Kind = Kind::new("reading", &[], |scene, name, part| {
 })
 .with(&[("coordinate", Sort::Coordinate), ("node", Sort::Count), ("value", Sort::Number), ("weight", Sort::Number)]);
 
+static READING_TIME: Kind = Kind::new("reading time", &[], |scene, name, part| {
+    let time = part.fixed_numbers()[0];
+    if !time.is_finite() {
+        scene.report(Error::NotFinite { what: format!("the time of reading `{name}`"), value: time });
+    }
+    scene.parts.reading_times.push((name.to_string(), part.count(), time));
+})
+.with(&[("node", Sort::Count), ("time", Sort::Number)]);
+
 static EVENT_TIME: Kind = Kind::new("event time", &[], |scene, name, part| {
     let output = scene.output(name);
     scene.term(output, name, When, Sum::Event(part.count()), [], [], [], []);
@@ -121,7 +130,7 @@ static EVENT_IMPULSE: Kind = Kind::new("event impulse", &[], |scene, name, part|
 
 /// The kinds of ready-made costs and outputs.
 #[cfg(feature = "files")]
-pub(super) static KINDS: [&Kind; 6] = [&EFFORT, &TIME, &END_STATE, &READING, &EVENT_TIME, &EVENT_IMPULSE];
+pub(super) static KINDS: [&Kind; 7] = [&EFFORT, &TIME, &END_STATE, &READING, &READING_TIME, &EVENT_TIME, &EVENT_IMPULSE];
 
 impl Scene {
     /// Adds a cost h or S of Eq. (5) that depends on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` is the rule by which its
@@ -232,6 +241,27 @@ impl Scene {
         let more = vec![Entry::Coordinate(coordinate), Entry::Count(node), value, weight];
         let [output] = self.ready_outputs(name, Part { more, ..Part::of(&READING) });
         output
+    }
+
+    /// Records the time of a reading, s, that an output compares with a node. Optimisation problems then
+    /// reject inputs whose node is at another time ([`Inputs::check_reading_times`](crate::Inputs::check_reading_times)).
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::{Grid, Inputs, Scene, planar::Body};
+    ///
+    /// let mut scene = Scene::new();
+    /// let block = scene.body("block", 1.0, 0.1, [0.0; 3]);
+    /// scene.reading("x", block.coordinates[0], 20, 0.1, 1e3);
+    /// scene.reading_time("x", 20, 0.2);
+    /// let system = scene.compile()?;
+    /// Inputs::at_rest(&system, Grid::uniform(50, 0.01)).check_reading_times(&system)?;
+    /// let error = Inputs::at_rest(&system, Grid::uniform(50, 0.02)).check_reading_times(&system).unwrap_err();
+    /// assert!(error.to_string().contains("`x` belongs to 0.2 s, but node 20 is at 0.4 s"));
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    pub fn reading_time(&mut self, name: &str, node: usize, time: f64) {
+        let more = vec![Entry::Count(node), Entry::Numbers(vec![time])];
+        self.ready(name, Part { more, ..Part::of(&READING_TIME) });
     }
 
     /// Adds the time of an event, s, as an output; events are counted from 0 in [`Inputs::events`](crate::Inputs::events).

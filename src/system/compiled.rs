@@ -111,6 +111,11 @@ impl System {
         self.0.names.looked_at.contains(&output)
     }
 
+    /// Readings with their nodes and times, s.
+    pub(crate) fn reading_times(&self) -> &[(String, usize, f64)] {
+        &self.0.names.reading_times
+    }
+
     /// The initial coordinates given in the scene, m or rad.
     pub fn initial_coordinates(&self) -> DVector<f64> {
         DVector::from_column_slice(&self.0.initial)

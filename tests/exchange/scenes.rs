@@ -88,6 +88,7 @@ pub fn everything() -> Scene {
     scene.time("hurry", l.powi(2) / 3.0);
     scene.end_state(cart.coordinates[0]);
     scene.reading("seen at 3", bob.coordinates[1], 3, -0.1, 7.0);
+    scene.reading_time("seen at 3", 3, 0.03);
     scene
 }
 
@@ -105,8 +106,8 @@ fn every_part_comes_back_as_it_was() {
     let kinds: BTreeSet<&str> = file["parts"].as_array().expect("parts").iter().filter_map(|p| p["kind"].as_str()).collect();
     assert_eq!(
         kinds.len(),
-        26 + 6 + 4,
-        "26 kinds of parts, and controls, design variables, gravity, bodies, particles, values; effort, time, end states, readings: {kinds:?}"
+        26 + 6 + 5,
+        "26 kinds of parts, and controls, design variables, gravity, bodies, particles, values; effort, time, end states, readings and their times: {kinds:?}"
     );
     let read = SceneFile::from_json(&json).expect("a scene").complete().expect("whole");
     assert_eq!(read.to_json().expect("a file"), json, "written again it is the same");

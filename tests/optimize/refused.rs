@@ -7,7 +7,9 @@ use hamiltonian_adjoint::optimize::{
     lbfgs, levenberg_marquardt, silent,
 };
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::{Constraint, Error, Grid, Inputs, Scalar, Scene, Settings, Start, Warning};
+use hamiltonian_adjoint::{
+    Constraint, Cost, CostPoint, EndState, Error, Grid, Inputs, Scalar, Scene, Settings, Start, Warning,
+};
 use nalgebra::{DMatrix, DVector, SVector};
 
 /// Every method of a problem, with one entry too few or too many of each argument.
@@ -365,4 +367,75 @@ fn variables_of_trials_are_within_the_bounds_of_all() {
     assert!(trials.bounds().iter().all(|of| *of == Interval::new(-1.0, 2.0)));
     let error = Trials::new(vec![within(-1.0, 1.0), within(2.0, 3.0)]).expect_err("nothing in common");
     assert_says(&error, &["`force [0]` in all trials", "lower bound is 2", "is 1"]);
+}
+
+/// A mass whose place is read at 0.3 s, node 3, with a free force and an end state.
+fn read_at_a_time() -> (Scene, Free, Vec<EndState>) {
+    let mut scene = Scene::new();
+    let block = scene.particle("block", 1.0, [0.0, 0.0]);
+    let force = scene.control("force");
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, block.point(), force);
+    scene.reading("place", block.coordinates[0], 3, 0.1, 1.0);
+    scene.reading_time("place", 3, 0.3);
+    let states = block.coordinates.map(|q| scene.end_state(q)).to_vec();
+    (scene, Free::control(force), states)
+}
+
+#[test]
+fn readings_at_other_times_are_refused() {
+    let (scene, force, states) = read_at_a_time();
+    let event = {
+        let mut scene = scene.clone();
+        scene.event("never", Early, [], [], [], []);
+        scene.compile().expect("a system")
+    };
+    let system = scene.compile().expect("a system");
+    let made = |grid: Grid, free: Vec<Free>| {
+        let inputs = Inputs::at_rest(&system, grid);
+        let variables = Variables::new(&system, &inputs, free.clone()).expect("variables");
+        let one = MotionProblem::new(&system, Settings::default(), inputs.clone(), variables).map(drop);
+        let parts = MultipleShooting::new(&system, Settings::default(), inputs, free, &states, 3).map(drop);
+        [one, parts]
+    };
+    // The tolerance is a thousandth of the steps beside the node.
+    let shifted = |start: f64| Grid { start, ..Grid::uniform(9, 0.1) };
+    for grid in [Grid::uniform(9, 0.1), shifted(0.9e-4), Grid::through(&[0.0, 0.2, 0.3, 0.8], 0.1).expect("a grid")] {
+        made(grid, vec![force.clone()]).into_iter().for_each(|made| made.expect("the time of the reading"));
+    }
+    for (grid, found) in [(Grid::uniform(9, 0.2), "node 3 is at 0.6"), (shifted(1.1e-4), "node 3 is at 0.30011")] {
+        for made in made(grid.clone(), vec![force.clone()]) {
+            assert_says(&made.expect_err("another time"), &["`place` belongs to 0.3 s", found, "use the steps"]);
+        }
+        let moving = vec![force.clone(), Free::new(Quantity::Duration)];
+        made(grid, moving).into_iter().for_each(|made| made.expect("the optimiser moves the node"));
+    }
+    let short = Inputs::at_rest(&system, Grid::uniform(2, 0.1)).check_reading_times(&system);
+    assert_says(&short.expect_err("two steps"), &["the grid has no node 3"]);
+    // Nodes of parts have the numbers of the whole, and those after an event move.
+    let part = |first, last| Inputs::at_rest(&system, Grid::uniform(9, 0.2).part(first, last)).check_reading_times(&system);
+    assert_says(&part(2, 5).expect_err("node 3"), &["node 3 is at 0.6"]);
+    part(4, 9).expect("without node 3");
+    part(0, 2).expect("without node 3");
+    let at = |node| {
+        let inputs = Inputs::at_rest(&event, Grid::uniform(9, 0.2));
+        Inputs { events: vec![event.event(0).at(node)], ..inputs }.check_reading_times(&event)
+    };
+    at(2).expect("after the event");
+    assert_says(&at(3).expect_err("at the event"), &["node 3 is at 0.6"]);
+}
+
+#[test]
+fn times_of_readings_are_finite() {
+    let (mut scene, ..) = read_at_a_time();
+    scene.reading_time("never", 1, f64::NAN);
+    assert_says(&scene.compile().expect_err("NaN"), &["the time of reading `never`", "NaN"]);
+}
+
+/// t − 1.
+struct Early;
+
+impl Cost<0, 0, 0, 0> for Early {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 0, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.t - 1.0
+    }
 }

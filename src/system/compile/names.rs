@@ -13,6 +13,8 @@ pub(in crate::system) struct Names {
     pub(in crate::system) designs: Vec<String>,
     pub(in crate::system) outputs: Vec<String>,
     pub(in crate::system) looked_at: Vec<usize>,
+    /// Readings with their nodes and times, s.
+    pub(in crate::system) reading_times: Vec<(String, usize, f64)>,
     pub(in crate::system) events: Vec<String>,
 }
 
@@ -30,6 +32,7 @@ impl Names {
             controls: scene.controls.clone(),
             outputs: scene.outputs.clone(),
             looked_at: scene.looked_at.clone(),
+            reading_times: scene.reading_times.clone(),
             events: scene.events.clone(),
             designs: scene.designs.iter().map(|(name, _)| name.clone()).collect(),
         }

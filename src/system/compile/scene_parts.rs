@@ -27,6 +27,8 @@ pub(crate) struct Parts {
     pub(crate) sides: Vec<(usize, f64)>,
     /// Outputs that are only reported; optimisers constrain them only when told to.
     pub(crate) looked_at: Vec<usize>,
+    /// Readings with their nodes and times, s.
+    pub(crate) reading_times: Vec<(String, usize, f64)>,
     pub(crate) designs: Vec<(String, f64)>,
     /// Name and number of equations of each constraint.
     pub(crate) constraints: Vec<(String, usize)>,
