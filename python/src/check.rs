@@ -14,6 +14,9 @@ use crate::convert::{Given, number, settings};
 use crate::errors::raised;
 use crate::scene::System;
 
+/// The stack of a thread that computes in the background, bytes: not less than that of the main thread.
+const STACK: usize = 16 << 20;
+
 /// True if the check passed, the verdict, and the report.
 type Checked = (bool, String, String);
 
@@ -55,10 +58,12 @@ pub(crate) fn check_gradient(
 
 /// Computes in a thread of its own, without the lock of the interpreter. Ctrl-C leaves the computation, whose thread ends later.
 pub(crate) fn in_background<T: Send + 'static>(py: Python<'_>, compute: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
-    let thread = std::thread::spawn(compute);
+    let thread = std::thread::Builder::new().stack_size(STACK).spawn(compute)?;
+    let mut pause = Duration::from_micros(20);
     while !thread.is_finished() {
-        py.detach(|| std::thread::sleep(Duration::from_millis(1)));
+        py.detach(|| std::thread::sleep(pause));
         py.check_signals()?;
+        pause = (2 * pause).min(Duration::from_millis(5));
     }
     Ok(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
 }

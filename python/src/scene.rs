@@ -4,6 +4,7 @@ use hamiltonian_adjoint as ha;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
+use crate::check::in_background;
 use crate::convert::{Given, attributes, control_names, coordinate_names, event_names, vector};
 use crate::errors::{raised, raised_by_scene};
 
@@ -101,10 +102,11 @@ fn names<'n>(all: impl Iterator<Item = &'n str>) -> Vec<&'n str> {
 
 #[pymethods]
 impl System {
+    /// Compiles a scene. Ctrl-C leaves the computation, whose thread ends later.
     #[new]
     fn new(py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let of = scene.scene.clone();
-        let system = py.detach(|| of.compile()).map_err(raised)?;
+        let system = in_background(py, move || of.compile())?.map_err(raised)?;
         Ok(System { system, scene: scene.scene.clone(), parts: scene.parts.clone() })
     }
 

@@ -23,6 +23,9 @@ LONG_CALLS = [
     lambda system, inputs: ha.gradients(system, [inputs] * 4),
     lambda system, inputs: ha.LongSolver(system, 10**8).gradient(inputs),
     lambda system, inputs: ha.check_gradient(system, inputs),
+    lambda system, inputs: ha.estimate(system, inputs),
+    lambda system, inputs: ha.Solver(system).adapt(inputs, 1e-9),
+    lambda system, inputs: ha.Solver(system).find_phases(inputs, 10),
 ]
 
 
@@ -34,6 +37,23 @@ def test_control_c_stops_a_long_call(compute):
     with pytest.raises(KeyboardInterrupt):
         compute(system, inputs)
     assert time.monotonic() - start < 5.0
+
+
+def test_control_c_stops_the_compilation_of_a_large_scene():
+    scene = ha.Scene()
+    count = 20_000
+    chain = scene.coordinates("chain", [f"x{i}" for i in range(count)])
+    for i in range(count):
+        scene.kinetic_energy(f"mass {i}", 0.5 * chain[i].v ** 2)
+        scene.force(f"spring {i}", {chain[i]: -chain[i]})
+    start = time.monotonic()
+    scene.compile()
+    took = time.monotonic() - start
+    threading.Timer(0.1 * took, lambda: signal.raise_signal(signal.SIGINT)).start()
+    start = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        scene.compile()
+    assert time.monotonic() - start < 0.9 * took
 
 
 def test_a_solver_works_after_control_c():
