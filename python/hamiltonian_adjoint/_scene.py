@@ -394,6 +394,10 @@ class Scene(Parts):
             return f"{symbol.list}[{known.index(symbol.key)}]"
 
         parts, texts = write(results, place)
+        if kind == "force":
+            # No force acts on coordinates that are only read.
+            texts += ["0"] * (len(lists["q"]) - len(q))
+            is_one = is_one and len(texts) == 1
         # Constants come first, then design variables by their names.
         lists["b"] = b + [f"`{key}`" for key in lists["b"][len(b) :]]
         fields |= {of: names for of, names in lists.items() if names}

@@ -184,6 +184,25 @@ def test_energies_of_a_body_by_formulas():
     assert own.controls == pytest.approx(ready.controls, rel=1e-11, abs=1e-15)
 
 
+def test_forces_may_read_coordinates_on_which_they_do_not_act():
+    def coupled(add):
+        scene = ha.Scene()
+        x, y, z = scene.coordinates("pair", "x y z", [0.1, 0.2, 0.5])
+        for one in (x, y, z):
+            scene.kinetic_energy(f"energy of {one.name}", 0.5 * one.v**2)
+        add(scene, x, y, z)
+        scene.cost("end", x * y + z, sum="terminal")
+        system = scene.compile()
+        return ha.gradient(system, system.at_rest(20, 0.05))
+
+    whole = coupled(lambda scene, x, y, z: scene.force("pull", {x: y - x + z.v, y: 0.0, z: 0.0}))
+    assert coupled(lambda scene, x, y, z: scene.force("pull", {x: y - x + z.v})).value == whole.value
+    read = coupled(lambda scene, x, y, z: scene.force("pull", y - x + z.v, q=[x]))
+    assert read.value == whole.value and np.array_equal(read.q, whole.q)
+    with pytest.raises(ha.SceneError, match="2 are expected, one for each coordinate"):
+        coupled(lambda scene, x, y, z: scene.force("pull", [y - x], q=[x, y]))
+
+
 def test_multipliers_in_costs_and_outputs():
     scene = ha.Scene()
     scene.gravity(0.0, -9.81)
