@@ -44,7 +44,7 @@ def plot_motion(motion: Motion, symbols: Sequence[Any], ax: Any, style: dict[str
     axes = _axes(ax, len(panels))
     for place, lines in zip(axes if len(axes) > 1 else np.repeat(axes, len(panels)), panels.values()):
         for line in lines:
-            place.plot(motion.times, line.values, **{"label": line.name, **style})
+            place.plot(motion.times, line.values, **{"label": _text(line.name), **style})
         _describe(place, lines)
     axes[-1].set_xlabel("time [s]")
     return ax if ax is not None else axes[0] if len(axes) == 1 else axes
@@ -119,10 +119,15 @@ def _axes(ax: Any, count: int) -> Any:
     return axes
 
 
+def _text(name: str) -> str:
+    """A name as matplotlib shows it: `$` begins formulas, and legends leave out labels that begin with `_`."""
+    return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
+
+
 def _describe(place: Any, lines: list[Line]) -> None:
     """Names and units: beside the axes of a single line, else in a legend."""
     kind, unit, name, _ = lines[0]
-    what = name if len(lines) == 1 else _KINDS[kind]
+    what = _text(name) if len(lines) == 1 else _KINDS[kind]
     place.set_ylabel(f"{what} [{unit}]" if unit else what)
     if 1 < len(place.lines) <= _MOST_IN_LEGEND:
         place.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")

@@ -77,3 +77,32 @@ def test_the_history_of_an_optimisation_is_drawn():
     with pytest.raises(ha.InputError, match="needs two"):
         found.plot(ax=value)
     plt.close("all")
+
+
+def test_names_are_not_formulas():
+    scene = ha.Scene()
+    names = ["a$b", "c_{d}$^", "100%", "q\"uo'te", "наклон", "x\\frac", "_x"]
+    group = scene.coordinates("$g^{", names)
+    for x in group:
+        scene.kinetic_energy(f"energy of {x.name}", 0.5 * x.v**2)
+    controls = [scene.control(name) for name in ("$F_1^$ %s {0}", "_G")]
+    scene.force("$", {group[0]: controls[0], group[1]: controls[1]})
+    system = scene.compile()
+    motion = ha.simulate(system, system.at_rest(2, 0.1))
+    axes = motion.plot()
+    plt.gcf().canvas.draw()
+    assert [text.get_text() for text in axes[-1].get_legend().get_texts()] == [r"\$F_1^\$ %s {0}", " _G"]
+    assert motion.plot(controls[0]).get_ylabel() == r"\$F_1^\$ %s {0}"
+    plt.gcf().canvas.draw()
+    plt.close("all")
+
+
+@pytest.mark.parametrize("steps", [0, 1])
+def test_short_motions_are_drawn(steps):
+    scene, force, _ = cart_with_links(1)
+    scene.cost("effort", force**2, sum="integral")
+    system = scene.compile()
+    axes = ha.simulate(system, system.at_rest(steps, 0.1)).plot()
+    plt.gcf().canvas.draw()
+    assert len(axes[0].lines[0].get_xdata()) == steps + 1
+    plt.close("all")
