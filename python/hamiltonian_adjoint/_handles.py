@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
 from ._expression import Expression, Symbol
@@ -12,6 +12,17 @@ if TYPE_CHECKING:
 
 Number = float | Expression
 Vector = Sequence[Number]
+
+
+# Of longer lists, only the beginning is shown.
+_MOST_SHOWN = 20
+
+
+def listed(names: Iterable[str]) -> str:
+    """Names in a line of text."""
+    names = list(names)
+    more = len(names) - _MOST_SHOWN
+    return ", ".join(names) if more <= 0 else f"{', '.join(names[:_MOST_SHOWN])} and {more} more"
 
 
 class Motion1D:
@@ -152,7 +163,7 @@ class Group:
         for coordinate in self.__dict__.get("coordinates", ()):
             if coordinate.key == f"{self.__dict__['name']}.{name}":
                 return coordinate
-        known = ", ".join(coordinate.name for coordinate in self.__dict__.get("coordinates", ()))
+        known = listed(coordinate.name for coordinate in self.__dict__.get("coordinates", ()))
         raise AttributeError(f"there is no coordinate {name!r} here; the coordinates are {known}")
 
     def __iter__(self) -> Iterator[Coordinate]:
@@ -165,7 +176,7 @@ class Group:
         return self.coordinates[i]
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__.lower()} {self.name}: {', '.join(coordinate.name for coordinate in self.coordinates)}>"
+        return f"<{type(self).__name__.lower()} {self.name}: {listed(coordinate.name for coordinate in self.coordinates)}>"
 
 
 class Point:

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from . import _hamiltonian_adjoint as _core
 from ._errors import InputError
 from ._grid import Array
+from ._handles import listed
 
 
 class Table:
@@ -33,11 +34,11 @@ class Table:
         """The times and the values of a column without its empty cells; its name may be given without the unit."""
         found = [name] if name in self._columns else [of for of in self.names if of.split("[")[0].strip() == name]
         if len(found) != 1:
-            raise KeyError(f"the table has {'more than one' if found else 'no'} column `{name}`; its columns are {', '.join(self.names)}")
+            raise KeyError(f"the table has {'more than one' if found else 'no'} column `{name}`; its columns are {listed(self.names)}")
         return self._columns[found[0]]
 
     def __repr__(self) -> str:
-        return f"<table of {len(self.times)} rows: {', '.join(self.names)}>"
+        return f"<table of {len(self.times)} rows: {listed(self.names)}>"
 
 
 def checked_readings(name: str, times: ArrayLike, values: ArrayLike, deviation: ArrayLike) -> tuple[Array, Array, Array]:

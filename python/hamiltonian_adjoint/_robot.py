@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ._handles import Control, Coordinate, Joint, SpaceBody
+from ._handles import Control, Coordinate, Joint, SpaceBody, listed
 
 if TYPE_CHECKING:
     from ._scene import Scene
@@ -60,7 +60,7 @@ class Robot:
 
     def __getitem__(self, name: str) -> Joint:
         if name not in self.joints:
-            raise KeyError(f"the robot has no moving joint `{name}`; its joints are {', '.join(self.joints)}")
+            raise KeyError(f"the robot has no moving joint `{name}`; its joints are {listed(self.joints)}")
         return self.joints[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -70,4 +70,4 @@ class Robot:
         return len(self.joints)
 
     def __repr__(self) -> str:
-        return f"<robot: {len(self.links)} links; joints {', '.join(self.joints)}>"
+        return f"<robot: {len(self.links)} links; joints {listed(self.joints)}>"
