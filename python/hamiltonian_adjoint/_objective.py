@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _bridges
+from ._errors import InputError
 from ._expression import Symbol
+from ._free import Free
 from ._solver import Solver
 from ._system import Array, Gradient, Inputs, System, _index
 
@@ -24,7 +26,10 @@ class Objective:
     def __init__(self, system: System, inputs: Inputs, free: Sequence[Symbol | str], **settings: Any) -> None:
         self.system = system
         self._inputs = inputs.copy()
-        self._places = [_index(system, symbol) for symbol in free]
+        self._places = [_place(system, symbol) for symbol in free]
+        twice = next((of for i, of in enumerate(self._places) if of in self._places[:i]), None)
+        if twice:
+            raise InputError(f"`free` contains entry {twice[1]} of `{twice[0]}` twice")
         self._solver = Solver(system, **settings)
         self._last: bytes | None = None
         self.x: Array = self._flat(self._inputs)
@@ -113,3 +118,10 @@ class Objective:
     def for_casadi(self, name: str = "motion") -> Any:
         """A CasADi function x ↦ (J, outputs) with its derivatives, for `casadi.nlpsol`. It must stay alive as long as CasADi uses it."""
         return _bridges.casadi_function(self, name)
+
+
+def _place(system: System, symbol: Any) -> tuple[str, int]:
+    """The list and the number of a free input."""
+    if isinstance(symbol, Free) or symbol == "duration":
+        raise TypeError(f"an Objective has no variable {symbol!r}; give a control, design variable, coordinate or velocity, or state a `Problem`")
+    return _index(system, symbol)

@@ -180,3 +180,12 @@ def test_torch_differentiates(objective):
     value.backward()
     expected, by_x = objective(objective.x)
     assert np.isclose(value.item(), expected**2, rtol=1e-14) and np.allclose(x.grad.numpy(), 4.0 * expected * by_x, rtol=1e-13)
+
+
+def test_variables_that_an_objective_does_not_have():
+    system, inputs, force, mass = slider()
+    for of in ("duration", ha.step_length(1), ha.free(force, spline=5)):
+        with pytest.raises(TypeError, match="an Objective has no variable .*; give a control.* or state a `Problem`"):
+            ha.Objective(system, inputs, [mass, of])
+    with pytest.raises(ha.InputError, match="`free` contains entry 0 of `controls` twice"):
+        ha.Objective(system, inputs, [force, mass, "force"])
