@@ -23,7 +23,7 @@ from ._errors import Error, FileError, InputError, MotionError, MotionWarning, O
 from ._estimate import Derivative, Estimate, estimate
 from ._expression import Condition, Expression, Symbol, maximum, minimum, t, where
 from ._free import Free, free, step_length
-from ._grid import steps_through
+from ._grid import graded_steps, steps_through
 from ._hamiltonian_adjoint import __version__
 from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event, Group, Joint, Marker, Output, Particle, Point, SpaceBody
 from ._identify import Table
@@ -95,6 +95,7 @@ __all__ = [
     "free",
     "gradient",
     "gradients",
+    "graded_steps",
     "harmonic",
     "lowest",
     "maximum",

@@ -181,3 +181,11 @@ def test_mistakes_in_tables_and_grids():
     scene.readings("x", x, [0.2], [1.0], deviation=1.0, steps=10, dt=0.1)
     with pytest.raises(ha.SceneError, match="x.0"):
         scene.compile()
+
+
+def test_graded_steps():
+    steps = ha.graded_steps(6, 0.02)
+    assert steps.sum() == pytest.approx(0.02) and steps == pytest.approx(steps[::-1]) and steps[0] < 0.3 * steps[2]
+    assert ha.steps_through([0.0, 0.1], 0.01).shape == (10,)
+    with pytest.raises(ha.InputError, match="0 steps: the number of steps must be positive"):
+        ha.graded_steps(0, 1.0)
