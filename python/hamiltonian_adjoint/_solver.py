@@ -128,11 +128,17 @@ class Motion:
         return self._core.to_csv()
 
     def to_pandas(self) -> Any:
-        """A pandas.DataFrame with a row for each node, indexed by time, and the columns of `to_csv`."""
+        """A pandas.DataFrame with a row for each node, indexed by time, and the columns of `to_csv`.
+
+        At steps of length zero, such as those after events, several rows have one time.
+        """
         return to_pandas(self)
 
     def to_xarray(self) -> Any:
-        """An xarray.Dataset of q, v, p, p_dot, sigma and u with named coordinates, equations and controls, over time."""
+        """An xarray.Dataset of q, v, p, p_dot, sigma and u with named coordinates, equations and controls, over time.
+
+        At steps of length zero, such as those after events, several nodes have one time; for `sel` keep one of them, by `drop_duplicates("time", keep="last")`.
+        """
         return to_xarray(self)
 
     def html(self, title: str = "Motion") -> str:
