@@ -87,7 +87,7 @@ class IpoptProblem:
 
 
 def casadi_function(objective: Objective, name: str) -> Any:
-    """A CasADi function x ↦ (J, outputs) with first and second derivatives."""
+    """A CasADi function x ↦ (J, outputs) with first and second derivatives. They are NaN if the motion fails."""
     import casadi
 
     n, m = len(objective.x), len(objective.system.outputs)
@@ -116,7 +116,11 @@ def casadi_function(objective: Objective, name: str) -> Any:
             return self.outputs[i]
 
         def eval(self, arguments: Any) -> Any:
-            results = self.function(*(of.full().ravel() for of in arguments))
+            try:
+                results = self.function(*(of.full().ravel() for of in arguments))
+            except MotionError:
+                # Solvers of CasADi then shorten their step; for an exception they would print a traceback.
+                results = [np.full(shape.shape, np.nan) for shape in self.outputs]
             return [casadi.DM(shape) if shape.nnz() == 0 else casadi.DM(of).reshape(shape.shape) for of, shape in zip(results, self.outputs)]
 
         def _kept(self, made: Any) -> Any:

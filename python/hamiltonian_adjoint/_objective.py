@@ -116,7 +116,11 @@ class Objective:
         return _bridges.IpoptProblem(self)
 
     def for_casadi(self, name: str = "motion") -> Any:
-        """A CasADi function x ↦ (J, outputs) with its derivatives, for `casadi.nlpsol`. It must stay alive as long as CasADi uses it."""
+        """A CasADi function x ↦ (J, outputs) with its derivatives, for `casadi.nlpsol`. It must stay alive as long as CasADi uses it.
+
+        If a motion fails, all values are NaN, for which `nlpsol` shortens its step; `objective(x)` raises the error. The option
+        `show_eval_warnings=False` of `nlpsol` omits its warnings.
+        """
         return _bridges.casadi_function(self, name)
 
 

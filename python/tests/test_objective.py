@@ -189,3 +189,39 @@ def test_variables_that_an_objective_does_not_have():
             ha.Objective(system, inputs, [mass, of])
     with pytest.raises(ha.InputError, match="`free` contains entry 0 of `controls` twice"):
         ha.Objective(system, inputs, [force, mass, "force"])
+
+
+def test_casadi_goes_on_after_motions_that_fail(capfd):
+    casadi = pytest.importorskip("casadi")
+    scene = ha.Scene()
+    (x,) = scene.coordinates("block", ["x"], [1.0])
+    force = scene.control("force")
+    scene.kinetic_energy("motion", 0.5 * x.v**2)
+    scene.force("push", {x: force - np.sqrt(x)})  # no motion passes x = 0
+    scene.cost("effort", 0.01 * force**2, sum="integral")
+    scene.output("end", x - 0.1, sum="terminal")
+    system = scene.compile()
+    objective = ha.Objective(system, system.at_rest(20, 0.1), [force])
+    function = objective.for_casadi()
+    failing = np.full(21, -30.0)
+    with pytest.raises(ha.MotionError):
+        objective(failing)
+    assert all(np.isnan(float(of)) for of in function(failing))
+    u = casadi.MX.sym("u", 21)
+    value, outputs = function(u)
+    failed = []
+
+    class Watch(type(objective)):
+        def value(self, x):
+            try:
+                return super().value(x)
+            except ha.MotionError:
+                failed.append(x)
+                raise
+
+    objective.__class__ = Watch
+    options = {"print_time": False, "show_eval_warnings": False, "ipopt": {"print_level": 0, "sb": "yes", "hessian_approximation": "limited-memory"}}
+    solver = casadi.nlpsol("solver", "ipopt", {"x": u, "f": value, "g": outputs}, options)
+    found = solver(x0=np.full(21, 4.0), lbg=0.0, ubg=0.0)
+    assert solver.stats()["success"] and failed and abs(float(found["g"])) < 1e-8
+    assert "Traceback" not in "".join(capfd.readouterr())
