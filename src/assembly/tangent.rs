@@ -13,7 +13,7 @@ use crate::motion::{Compliances, OPEN, Which, closed};
 use crate::node::Linearisation;
 use crate::number::{larger, largest};
 use crate::redundancy::masses;
-use crate::system::{Covector, ElementKind, NodeView, Pair, StateRows, Sums};
+use crate::system::{Covector, NodeView, Pair, StateRows, Sums};
 use crate::{Error, System};
 
 /// A correction below this fraction of the solution is rounding.
@@ -218,7 +218,7 @@ fn bends(assembler: &Assembler, blocks: [&[f64]; 2]) -> Vec<(usize, f64)> {
     let (mut sums, zeros, no_controls) =
         (Sums::new(system.n(), system.m()), Pair::new(system.n(), system.m()), vec![0.0; system.k()]);
     let (mut unit, mut bends) = (zeros.v.clone(), Vec::new());
-    for uncoupled in system.uncoupled_coordinates(&[ElementKind::Kinetic, ElementKind::Holonomic]) {
+    for uncoupled in system.uncoupled_by_energies_and_constraints() {
         uncoupled.iter().for_each(|&i| unit[i] = 1.0);
         let along = NodeView::of_equations([&unit, &zeros.v, &zeros.sigma], (&no_controls, 0.0, &[]));
         let [moved, unmoved] = blocks.map(|blocks| {

@@ -17,7 +17,7 @@ use crate::motion::{Compliances, OPEN, closed};
 use crate::node::Linearisation;
 use crate::number::larger;
 use crate::redundancy::rank;
-use crate::system::{Covector, ElementKind, Entry, NodeView, Pair, StateRows};
+use crate::system::{Covector, Entry, NodeView, Pair, StateRows};
 use crate::{Error, System, Warning};
 
 /// μ in units of a joint's own Φ_q M⁻¹ Φ_qᵀ: far above the rounding of pivots, far below the accuracy required of a motion.
@@ -72,7 +72,7 @@ pub(crate) fn masses(linearisation: &Linearisation, system: &System) -> Vec<f64>
     let (mut unit, zeros, none, mut rows) = (vec![0.0; n], vec![0.0; n], vec![0.0; m], StateRows::new(n, m));
     let mut masses = vec![0.0; n];
     // M times the sum of unit vectors that M does not couple: the diagonal entries for all of them.
-    for uncoupled in system.uncoupled_coordinates(&[ElementKind::Kinetic]) {
+    for uncoupled in system.uncoupled_by_energies() {
         uncoupled.iter().for_each(|&i| unit[i] = 1.0);
         evaluation.pull_back(system, &evaluation.blocks, &Covector { c: &unit, d: &zeros, e: &none }, &mut rows);
         uncoupled.iter().for_each(|&i| (masses[i], unit[i]) = (rows.v[i], 0.0));

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector, Dyn, SVD};
 use num_dual::Dual64;
 
 use crate::linear::eigen;
-use crate::system::{ElementKind, NodeValues, NodeView, Sums};
+use crate::system::{NodeValues, NodeView, Sums};
 use crate::{Error, System};
 
 /// Singular values below this fraction of the largest count as zero: their squares are the pivots of K.
@@ -208,7 +208,7 @@ fn names_of_rows(null: &DMatrix<f64>, system: &System) -> Vec<String> {
 fn mass_diagonal(system: &System, at: &NodeView<f64>) -> DVector<f64> {
     let mut there = NodeValues::of_equations(at, Dual64::from_re);
     let (mut sums, mut diagonal) = (Sums::new(system.n(), system.m()), DVector::zeros(system.n()));
-    for uncoupled in system.uncoupled_coordinates(&[ElementKind::Kinetic]) {
+    for uncoupled in system.uncoupled_by_energies() {
         uncoupled.iter().for_each(|&i| there.v[i].eps = 1.0);
         system.plain_sums(&there.view(), &mut sums);
         uncoupled.iter().for_each(|&i| (diagonal[i], there.v[i].eps) = (sums.l_v()[i].eps, 0.0));

@@ -11,6 +11,7 @@ use super::cost::{Costs, Terms};
 use super::formula::{Batches, Entry, Layout, NodeView, PlacedElement, Positions};
 use super::rounding_rows::clear_rounding_rows;
 use super::tangent::{Formulas, Sines};
+use super::uncoupled::Uncoupled;
 use crate::Error;
 use crate::linear::{Breakdown, Symbolic};
 use crate::model::{
@@ -60,6 +61,7 @@ pub(super) struct Compiled {
     pub(super) costs_compiled: u64,
     /// Whether any formula reads values.
     pub(super) reads_values: bool,
+    pub(super) uncoupled: Uncoupled,
 }
 
 impl System {

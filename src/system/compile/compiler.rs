@@ -97,6 +97,7 @@ impl System {
             fingerprint,
             costs_compiled,
             reads_values,
+            uncoupled: Default::default(),
         };
         Ok(System(Arc::new(compiled)))
     }
