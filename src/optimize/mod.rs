@@ -9,6 +9,7 @@
 //! | [`interior_point`](interior_point()) | many variables, bounds, equalities and inequalities, with exact products of the Hessian |
 //! | [`homotopy`](homotopy()) | problems that `interior_point` does not solve directly, by a sequence of easier problems |
 //! | [`MultipleShooting`] | motions whose end is too sensitive to their beginning: divided into segments, as a problem for the methods above |
+//! | [`stages`](stages()) | the problems of [`MultipleShooting`], with many segments: the work of an iteration is that of a few sweeps over the motion |
 //! | [`levenberg_marquardt`] | sums of squares of residuals c(x), with fewer or more residuals than variables |
 //! | [`lbfgs`](lbfgs()) | many variables and bounds, with gradients alone |
 //! | [`augmented_lagrangian`](augmented_lagrangian()) | many variables, bounds and constraints, with gradients alone |
@@ -32,6 +33,7 @@
 //! ```
 
 mod augmented_lagrangian;
+mod barrier;
 mod counted;
 mod fit;
 mod free;
@@ -50,6 +52,7 @@ mod problem;
 mod segment;
 mod sizes;
 mod spline;
+mod stages;
 mod trials;
 mod variables;
 
@@ -65,5 +68,6 @@ pub use multi_start::{lowest, multi_start};
 pub use multiple_shooting::MultipleShooting;
 pub use outcome::{Iterate, Options, Outcome, Reason, Watcher, silent};
 pub use problem::{Interval, Problem};
+pub use stages::stages;
 pub use trials::Trials;
 pub use variables::Variables;

@@ -29,8 +29,10 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 /// write a terminal term at the last node ([`Sum::Node`](crate::Sum::Node)) instead of `Sum::Terminal`. With constraints, costs may not
 /// depend on σ, p\* or ṗ\*, which restart with every segment (this is not detected for formulas that branch).
 ///
+/// [`stages`](super::stages()) solves the problem segment by segment. It is a [`Problem`](super::Problem) for all other methods, too.
+///
 /// ```
-/// use hamiltonian_adjoint::optimize::{Free, Interval, MultipleShooting, Options, interior_point, silent};
+/// use hamiltonian_adjoint::optimize::{Free, Interval, MultipleShooting, Options, silent, stages};
 /// use hamiltonian_adjoint::{Grid, Inputs, Settings, scenes::CartPendulum};
 /// use std::f64::consts::{FRAC_PI_2, PI};
 ///
@@ -48,25 +50,25 @@ use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
 ///     v[angle.index()] = PI;
 /// })?;
 /// let start = problem.start();
-/// let best = interior_point(&mut problem, &start, &Options { stationarity: 1e-5, ..Options::default() }, &mut silent)?;
+/// let best = stages(&mut problem, &start, &Options { stationarity: 1e-5, ..Options::default() }, &mut silent)?;
 /// assert!(best.reason.is_converged() && best.violation < 1e-9);
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 #[derive(Debug)]
 pub struct MultipleShooting {
-    segments: Vec<Segment>,
+    pub(super) segments: Vec<Segment>,
     /// The free quantities of the whole motion: the first variables, followed by the states at the cuts.
-    whole: Variables,
+    pub(super) whole: Variables,
     /// The inputs given at construction, or of the last successful evaluation.
     inputs: Inputs,
     x: Vec<f64>,
-    states: Vec<EndState>,
+    pub(super) states: Vec<EndState>,
     names: Vec<String>,
     /// For each output, true if all segments contribute to it, false if only the last one does.
-    running: Vec<bool>,
-    constraints: Vec<Interval>,
+    pub(super) running: Vec<bool>,
+    pub(super) constraints: Vec<Interval>,
     /// For each output, true if it is a term of f.
-    minimised: Vec<bool>,
+    pub(super) minimised: Vec<bool>,
 }
 
 impl MultipleShooting {
@@ -193,7 +195,7 @@ impl MultipleShooting {
     }
 
     /// Continuity conditions between the end of a segment and the start of the next one: row, output and variable.
-    fn joints(&self, segment: usize) -> impl Iterator<Item = (usize, usize, usize)> + use<'_> {
+    pub(super) fn joints(&self, segment: usize) -> impl Iterator<Item = (usize, usize, usize)> + use<'_> {
         let row = self.running.len() + 2 * self.states.len() * segment;
         let starts =
             self.segments.get(segment + 1).map_or(&[][..], |next| &next.places[next.places.len() - 2 * self.states.len()..]);
@@ -201,9 +203,13 @@ impl MultipleShooting {
         ends.zip(starts).enumerate().map(move |(k, (output, start))| (row + k, output, *start))
     }
 
+    /// True if a segment contributes to an output.
+    pub(super) fn contributes(&self, segment: usize, output: usize) -> bool {
+        self.running[output] || segment + 1 == self.segments.len()
+    }
+
     /// The outputs to which a segment contributes.
     fn rows(&self, segment: usize) -> impl Iterator<Item = usize> + use<'_> {
-        let is_last = segment + 1 == self.segments.len();
-        (0..self.running.len()).filter(move |&output| self.running[output] || is_last)
+        (0..self.running.len()).filter(move |&output| self.contributes(segment, output))
     }
 }

@@ -12,6 +12,7 @@ mod overdetermined;
 mod refused;
 mod segments;
 mod shooting;
+mod stages;
 mod starts;
 mod traces;
 mod units;

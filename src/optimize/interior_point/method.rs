@@ -8,12 +8,12 @@ use std::rc::Rc;
 
 use nalgebra::{DMatrix, DVector, DVectorView};
 
+use super::super::barrier::{Barrier, INSIDE};
 use super::super::counted::Counted;
 use super::super::norm::{magnitude, norm};
 use super::super::problem::Interval;
 use super::super::{Iterate, Options};
 use super::ROUNDING;
-use super::barrier::{Barrier, INSIDE};
 use super::step::{Model, Projection, product};
 
 use crate::Error;

@@ -8,7 +8,6 @@
 //! for decreasing μ ([`method`]); steps ([`step`]) are judged at the points to which they lead. If violations do not decrease, they alone are
 //! minimised ([`feasibility`]).
 
-mod barrier;
 mod feasibility;
 mod method;
 mod step;

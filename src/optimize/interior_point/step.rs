@@ -9,8 +9,8 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
+use super::super::barrier::{Barrier, TO_BOUND};
 use super::super::counted::Counted;
-use super::barrier::{Barrier, TO_BOUND};
 use crate::Error;
 
 /// The fraction of the radius that the normal step may take.

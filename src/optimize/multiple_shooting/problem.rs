@@ -40,21 +40,13 @@ impl Problem for MultipleShooting {
 
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
         self.sizes().values(x, c)?;
-        let whole = self.inputs_at(x);
-        let times = whole.grid.times();
-        let (mut sum, mut found) = (0.0, vec![0.0; self.segments[0].motion.outputs()]);
         c.fill(0.0);
-        for k in 0..self.segments.len() {
-            let segment = &mut self.segments[k];
-            segment.motion.start_at(times[segment.first]);
-            let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
-            sum += segment.motion.try_at(&own, &mut found)?;
+        let mut sum = 0.0;
+        for (k, (cost, found)) in self.evaluate_segments(x)?.into_iter().enumerate() {
+            sum += cost;
             self.rows(k).for_each(|output| c[output] += found[output]);
             self.joints(k).for_each(|(row, output, start)| c[row] = found[output] - x[start]);
         }
-        // After all segments succeeded, so that none keeps a point at which another one has no value.
-        self.segments.iter_mut().for_each(|segment| segment.motion.settle());
-        (self.inputs, self.x) = (whole, x.to_vec());
         Ok(sum + (0..self.running.len()).filter(|&k| self.minimised[k]).map(|k| c[k]).sum::<f64>())
     }
 
@@ -141,6 +133,26 @@ fn places(rows: &[usize]) -> HashMap<usize, usize> {
 }
 
 impl MultipleShooting {
+    /// The cost and the outputs of every segment.
+    ///
+    /// # Errors
+    /// A segment without a motion.
+    pub(in super::super) fn evaluate_segments(&mut self, x: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, Error> {
+        let whole = self.inputs_at(x);
+        let times = whole.grid.times();
+        let of = |segment: &mut Segment| {
+            segment.motion.start_at(times[segment.first]);
+            let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
+            let mut found = vec![0.0; segment.motion.outputs()];
+            Ok((segment.motion.try_at(&own, &mut found)?, found))
+        };
+        let found = self.segments.iter_mut().map(of).collect::<Result<Vec<_>, Error>>()?;
+        // After all segments succeeded, so that none keeps a point at which another one has no value.
+        self.segments.iter_mut().for_each(|segment| segment.motion.settle());
+        (self.inputs, self.x) = (whole, x.to_vec());
+        Ok(found)
+    }
+
     /// The outputs of a segment that contribute to rows with these positions, each with its position.
     fn outputs_in(&self, segment: usize, places: &HashMap<usize, usize>) -> Vec<(usize, usize)> {
         let joints = self.joints(segment).map(|(row, output, _)| (row, output));

@@ -5,9 +5,9 @@
 
 use nalgebra::DVector;
 
+use super::super::super::barrier::TO_BOUND;
 use super::super::super::counted::Counted;
 use super::super::ROUNDING;
-use super::super::barrier::TO_BOUND;
 use super::super::step::{Projection, Step};
 use super::{ACCEPTED, Method};
 

@@ -1,7 +1,7 @@
 //! [`Barrier`]: bounds as a barrier −μ Σ [ln(y − l) + ln(u − y)] on the variables y = (x, s), with slacks s for inequality constraints.
 
-use super::super::counted::Counted;
-use super::super::problem::Interval;
+use super::counted::Counted;
+use super::problem::Interval;
 
 /// A start is moved inside its bounds by this fraction: for variables, of the size of the bound or the distance between the bounds, whichever is
 /// smaller; for slacks, of this distance or, with one bound, of the larger of its size and `far` units.
@@ -32,6 +32,11 @@ impl Barrier {
     pub(super) fn new(problem: &Counted, inequalities: &[usize]) -> Self {
         let of_constraints = inequalities.iter().map(|&j| problem.intervals[j]);
         let bounds: Vec<Interval> = problem.bounds.iter().copied().chain(of_constraints).collect();
+        Barrier::of(bounds)
+    }
+
+    /// The barrier of these bounds.
+    pub(super) fn of(bounds: Vec<Interval>) -> Self {
         Barrier { z: vec![[0.0; 2]; bounds.len()], far: vec![1.0; bounds.len()], bounds, unit: 1.0, mu: 0.0 }
     }
 
@@ -80,6 +85,25 @@ impl Barrier {
             let [below, above] = distances(of, *y);
             *g += self.mu / above - self.mu / below;
         }
+    }
+
+    /// Adds the multipliers of the bounds, −z of the lower one and z of the upper one.
+    pub(super) fn add_multipliers(&self, gradient: &mut [f64]) {
+        gradient.iter_mut().zip(&self.z).for_each(|(g, z)| *g += z[1] - z[0]);
+    }
+
+    /// The largest error of z · distance = μ.
+    pub(super) fn complementarity(&self, y: &[f64], mu: f64) -> f64 {
+        let of = |((of, y), z): ((&Interval, &f64), &[f64; 2])| {
+            let error = |(distance, z): (f64, f64)| if distance.is_finite() { (distance * z - mu).abs() } else { 0.0 };
+            distances(of, *y).into_iter().zip(*z).map(error).fold(0.0, f64::max)
+        };
+        self.bounds.iter().zip(y).zip(&self.z).map(of).fold(0.0, f64::max)
+    }
+
+    /// The sum of all multipliers.
+    pub(super) fn sum_of_multipliers(&self) -> f64 {
+        self.z.iter().flatten().sum()
     }
 
     /// The curvature of the barrier computed with its multipliers, z/(y − l) + z/(u − y).
@@ -158,6 +182,29 @@ impl Barrier {
         };
         let is_inside = distances(of, y).into_iter().all(|distance| distance > 0.0);
         is_inside.then_some(y)
+    }
+
+    /// Updates the multipliers after a step from y, of which a part led to `next`: by Newton's method for z · distance = μ along the whole step,
+    /// over at most a fraction `share` of the way to zero.
+    pub(super) fn step_multipliers(&mut self, share: f64, y: &[f64], step: &[f64], next: &[f64]) {
+        let mu = self.mu;
+        let change = |z: &[f64; 2], i: usize| {
+            let before = distances(&self.bounds[i], y[i]);
+            [(0, -1.0), (1, 1.0)].map(|(side, sign)| (mu + sign * z[side] * step[i]) / before[side] - z[side])
+        };
+        let changes: Vec<[f64; 2]> = self.z.iter().enumerate().map(|(i, z)| change(z, i)).collect();
+        let mut most = 1.0f64;
+        for (z, by) in self.z.iter().flatten().zip(changes.iter().flatten()).filter(|(z, by)| **z > 0.0 && **by < 0.0) {
+            most = most.min(share * z / -by);
+        }
+        for (i, z) in self.z.iter_mut().enumerate() {
+            let now = distances(&self.bounds[i], next[i]);
+            for side in 0..2 {
+                let exact = mu / now[side];
+                let moved = z[side] + most * changes[i][side];
+                z[side] = if now[side].is_finite() { moved.clamp(exact / NEAR, exact * NEAR) } else { 0.0 };
+            }
+        }
     }
 
     /// Updates the multipliers after a step d from y to `next`.

@@ -1,0 +1,85 @@
+//! A primal-dual interior-point method for problems in stages, with a filter (Wächter and Biegler 2006) and a factorisation of the KKT matrix
+//! stage by stage.
+
+mod filter;
+mod layout;
+mod method;
+mod newton;
+mod problem;
+mod riccati;
+mod run;
+mod search;
+mod shooting;
+
+use super::multiple_shooting::MultipleShooting;
+use super::problem::Problem;
+use super::{Options, Outcome, Reason, Watcher};
+use crate::Error;
+use method::Method;
+use problem::{Counts, Multipliers, Staged};
+use run::Run;
+use shooting::Segments;
+
+/// Minimises f(x) of multiple shooting by a primal-dual interior-point method with a filter, whose Newton steps are computed segment by segment.
+///
+/// Work and memory of an iteration grow linearly with the number of segments: a segment needs one right-hand side of a backward sweep for each of
+/// its states and constrained outputs, and one Hessian product for each of its variables. An output of which several segments are parts is a
+/// further state of all segments. `Options::stationarity` is absolute, for variables as scaled by [`Free::scaled`](super::Free::scaled) and for f
+/// multiplied by a factor with which the largest entry of its gradient at the start is between 0.01 and 1.
+///
+/// Source: A. Wächter and L. T. Biegler, Mathematical Programming 106 (2006), 25–57, for the filter and the barrier parameter.
+///
+/// # Errors
+/// Invalid sizes, bounds or options, or a problem without Hessian products.
+pub fn stages(
+    problem: &mut MultipleShooting,
+    start: &[f64],
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Outcome, Error> {
+    options.fit(problem, start)?;
+    let mut segments = Segments::new(problem);
+    let mut run = Run::new(options, watch);
+    let (mut v, mut reason) = (segments.point(start), Reason::NoStart);
+    let mut multipliers = Multipliers::zeros(segments.shape());
+    match segments.with_sums(&mut v).and_then(|()| Method::new(&mut segments, &v)) {
+        Err(error @ Error::NoSecondDerivatives { .. }) => return Err(error),
+        Err(error) => {
+            run.fail(error);
+            if run.is_interrupted() {
+                reason = Reason::Interrupted;
+            }
+        }
+        Ok(mut method) => {
+            reason = run.iterate(&mut method)?;
+            v = method.v(&method.y);
+            multipliers = method.multipliers;
+            multipliers.scale(1.0 / method.scale);
+        }
+    }
+    let (x, multipliers) = (segments.x(&v), segments.multipliers(&multipliers));
+    let Counts { evaluations, gradients, products } = segments.counts();
+    let intervals = problem.constraints();
+    let mut constraints = vec![f64::INFINITY; intervals.len()];
+    // The problem is left with the motion of the solution.
+    let value = problem.evaluate(&x, &mut constraints).unwrap_or(f64::INFINITY);
+    let violation = intervals.iter().zip(&constraints).fold(0.0f64, |most, (of, c)| most.max(of.violation(*c)));
+    let Run { history, failures, first_failure, halved, .. } = run;
+    Ok(Outcome {
+        x,
+        value,
+        constraints,
+        violation,
+        multipliers,
+        reason,
+        iterations: history.len().saturating_sub(1),
+        evaluations,
+        gradients,
+        products,
+        history,
+        warnings: problem.warnings(),
+        halved,
+        failures,
+        first_failure,
+    })
+}

@@ -1,0 +1,164 @@
+//! [`Run`]: the iterations of the method.
+
+use super::super::outcome::largest_change;
+use super::super::{Iterate, Options, Reason, Watcher};
+use super::filter::{Accepted, Filter};
+use super::method::Method;
+use super::newton::Newton;
+use super::search::{Trial, search, trial};
+use crate::Error;
+
+/// The first μ, and how it decreases: to the smaller of `LESS` μ and μ^`POWER` once errors are below `SOLVED` μ, to `LAST_MU` of the tolerance.
+const FIRST_MU: f64 = 0.1;
+const LESS: f64 = 0.2;
+const POWER: f64 = 1.5;
+const SOLVED: f64 = 10.0;
+const LAST_MU: f64 = 1.0 / 11.0;
+/// Multipliers are estimated again after steps shorter than this, shifts above this, or above this size of multipliers: they, the Hessian and
+/// its shift would otherwise increase each other.
+const SHORT: f64 = 0.1;
+const SHIFTED: f64 = 1.0;
+const LARGE: f64 = 1e3;
+/// Largest number of iterations in sequence without an acceptable step. In each, the filter is cleared, a fraction of the step is taken, and the
+/// shift is increased by a factor from at least a smallest value.
+const MOST_FAILED: usize = 3;
+const FRACTION: f64 = 1.0 / 64.0;
+const MORE: f64 = 100.0;
+const LEAST_SHIFT: f64 = 1e-3;
+
+/// The state of a run apart from the point.
+pub(super) struct Run<'o, 'w> {
+    options: &'o Options,
+    watch: &'o mut Watcher<'w>,
+    pub history: Vec<Iterate>,
+    pub failures: usize,
+    pub first_failure: Option<Error>,
+    /// Number of points with halved steps.
+    pub halved: usize,
+    /// Number of iterations in sequence without an acceptable step.
+    failed: usize,
+}
+
+impl<'o, 'w> Run<'o, 'w> {
+    pub(super) fn new(options: &'o Options, watch: &'o mut Watcher<'w>) -> Self {
+        Run { options, watch, history: Vec::new(), failures: 0, first_failure: None, halved: 0, failed: 0 }
+    }
+
+    pub(super) fn fail(&mut self, error: Error) {
+        self.failures += 1;
+        // An interruption ends the run, so it replaces failures from which the method recovered.
+        if self.first_failure.is_none() || matches!(error, Error::Interrupted { .. }) {
+            self.first_failure = Some(error);
+        }
+    }
+
+    pub(super) fn is_interrupted(&self) -> bool {
+        matches!(self.first_failure, Some(Error::Interrupted { .. }))
+    }
+
+    /// Iterates until there is a reason to stop.
+    ///
+    /// # Errors
+    /// A problem without second derivatives.
+    pub(super) fn iterate(&mut self, method: &mut Method<'_>) -> Result<Reason, Error> {
+        if method.barrier.is_there() {
+            method.barrier.set(FIRST_MU, &method.y);
+        }
+        let mut filter = Filter::new(method.pair(&method.y, &method.values));
+        let (mut is_estimated, mut moved) = (true, 0.0);
+        loop {
+            if is_estimated {
+                method.estimate_multipliers();
+            }
+            if let Some(reason) = self.record(method, moved) {
+                return Ok(reason);
+            }
+            if self.lower_barrier(method) {
+                filter.clear();
+            }
+            let kkt = match method.kkt() {
+                Ok(kkt) => kkt,
+                Err(error) => return self.without_derivatives(error),
+            };
+            let Some(newton) = method.factorise(&kkt) else { return Ok(Reason::NoLowerValue) };
+            let Some(trial) = self.next(method, &newton, &mut filter) else {
+                return Ok(if self.is_interrupted() { Reason::Interrupted } else { Reason::NoLowerValue });
+            };
+            moved = largest_change(&trial.y, &method.y);
+            let is_shifted = newton.shift > SHIFTED;
+            let alpha = trial.alpha;
+            if let Err(error) = method.go(&trial.step, alpha, trial.y, trial.values) {
+                return self.without_derivatives(error);
+            }
+            is_estimated = alpha < SHORT || is_shifted || method.multipliers.largest() > LARGE;
+        }
+    }
+
+    /// Records the iterate; returns a reason to stop, if there is one.
+    fn record(&mut self, method: &Method<'_>, moved: f64) -> Option<Reason> {
+        let errors = method.errors(0.0);
+        let at = Iterate {
+            value: method.values.cost,
+            violation: errors.violation,
+            stationarity: errors.stationarity,
+            step: moved,
+            evaluations: method.problem.counts().evaluations,
+        };
+        self.history.push(at);
+        self.halved += usize::from(method.problem.is_halved());
+        if (self.watch)(&at, &method.problem.x(&method.v(&method.y))).is_break() {
+            return Some(Reason::Interrupted);
+        }
+        let Options { target, stationarity, violation, iterations, .. } = *self.options;
+        match errors.violation <= violation {
+            true if target.is_some_and(|target| at.value <= target) => Some(Reason::Target),
+            true if errors.stationarity <= stationarity => Some(Reason::Stationary),
+            _ => (self.history.len() > iterations).then_some(Reason::Iterations),
+        }
+    }
+
+    /// Reduces μ as far as errors allow; true if it changed.
+    fn lower_barrier(&self, method: &mut Method<'_>) -> bool {
+        let (least, before) = (self.options.stationarity * LAST_MU, method.barrier.mu);
+        while method.barrier.mu > least {
+            let mu = method.barrier.mu;
+            let errors = method.errors(mu);
+            if errors.stationarity.max(errors.violation) > SOLVED * mu {
+                break;
+            }
+            method.barrier.mu = least.max((LESS * mu).min(mu.powf(POWER)));
+        }
+        method.barrier.mu != before
+    }
+
+    /// The next point; `None` if there is no acceptable one.
+    fn next(&mut self, method: &mut Method<'_>, newton: &Newton<'_>, filter: &mut Filter) -> Option<Trial> {
+        let residuals = method.residuals(&method.y, &method.values);
+        let before = method.pair(&method.y, &method.values);
+        let step = match search(self, method, newton, filter, &residuals) {
+            Ok(found) => {
+                self.failed = 0;
+                if found.accepted == Accepted::Filtered {
+                    filter.add(before);
+                }
+                return Some(found);
+            }
+            Err(step) => step,
+        };
+        self.failed += 1;
+        if self.is_interrupted() || self.failed > MOST_FAILED {
+            return None;
+        }
+        filter.clear();
+        method.shift = MORE * method.shift.max(LEAST_SHIFT);
+        trial(self, method, step, FRACTION).ok()
+    }
+
+    fn without_derivatives(&mut self, error: Error) -> Result<Reason, Error> {
+        if let Error::NoSecondDerivatives { .. } = error {
+            return Err(error);
+        }
+        self.fail(error);
+        Ok(if self.is_interrupted() { Reason::Interrupted } else { Reason::NoDerivative })
+    }
+}

@@ -1,0 +1,215 @@
+//! [`Segments`]: multiple shooting as a problem in stages, one stage for each segment.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::multiple_shooting::MultipleShooting;
+use super::super::problem::Problem;
+use super::layout::Layout;
+use super::problem::{Counts, Linear, Multipliers, Shape, Staged, Values};
+use crate::Error;
+
+/// The problem of multiple shooting, with its variables arranged in stages.
+pub(super) struct Segments<'p> {
+    pub(super) of: &'p mut MultipleShooting,
+    at: Layout,
+    work: Counts,
+}
+
+impl<'p> Segments<'p> {
+    pub(super) fn new(of: &'p mut MultipleShooting) -> Self {
+        Segments { at: Layout::new(of), of, work: Counts::default() }
+    }
+
+    /// The point of the stages for variables of the whole problem; the sums are those of the last evaluation, or 0.
+    pub(super) fn point(&self, x: &[f64]) -> Vec<DVector<f64>> {
+        let [state, controls, others] = self.at.counts;
+        let mut v: Vec<DVector<f64>> = self.at.shape.bounds.iter().map(|of| DVector::zeros(of.len())).collect();
+        for ((v, places), segment) in v.iter_mut().zip(&self.at.places).zip(&self.of.segments) {
+            places.iter().zip(&segment.places).for_each(|(&at, &variable)| v[at] = x[variable]);
+        }
+        // The end has copies of the last controls and of the other quantities.
+        let last = self.at.places.len() - 1;
+        let next = self.copies(last, &v[last]);
+        v[last + 1].rows_mut(state, controls + others).copy_from(&next);
+        v
+    }
+
+    /// The controls at the end of a segment, and the other quantities.
+    fn copies(&self, k: usize, v: &DVector<f64>) -> DVector<f64> {
+        let [state, controls, others] = self.at.counts;
+        let from = self.at.last_controls[k];
+        let all = (0..controls).map(|c| v[from + c]).chain((0..others).map(|p| v[state + controls + p]));
+        DVector::from_iterator(controls + others, all)
+    }
+
+    /// For each continuous state of a segment, its output.
+    fn state_outputs(&self, k: usize) -> Vec<usize> {
+        if k + 1 == self.at.places.len() { Vec::new() } else { self.of.joints(k).map(|(_, output, _)| output).collect() }
+    }
+
+    /// Sets the sums of outputs in the states of a point.
+    ///
+    /// # Errors
+    /// A point without values.
+    pub(super) fn with_sums(&mut self, v: &mut [DVector<f64>]) -> Result<(), Error> {
+        let values = self.evaluate(v)?;
+        for &(at, _) in &self.at.ends {
+            let mut sum = 0.0;
+            for (v, next) in v.iter_mut().zip(&values.next) {
+                let share = next[at] - v[at];
+                v[at] = sum;
+                sum += share;
+            }
+            v[self.at.places.len()][at] = sum;
+        }
+        Ok(())
+    }
+
+    /// The multipliers of the outputs and of the continuity conditions, in the order of the constraints of the whole problem.
+    pub(super) fn multipliers(&self, Multipliers { costates, rows }: &Multipliers) -> Vec<f64> {
+        let mut all = vec![0.0; self.of.constraints.len()];
+        for (k, of) in self.at.rows.iter().enumerate() {
+            let local = of.iter().filter(|row| row.sum.is_none());
+            local.zip(rows[k].iter()).for_each(|(row, w)| all[row.output] = *w);
+            self.of.joints(k).enumerate().for_each(|(i, (row, ..))| all[row] = costates[k][i]);
+        }
+        self.at.ends.iter().zip(rows[self.at.places.len()].iter()).for_each(|(&(_, output), w)| all[output] = *w);
+        all
+    }
+}
+
+impl Staged for Segments<'_> {
+    fn shape(&self) -> &Shape {
+        &self.at.shape
+    }
+
+    fn counts(&self) -> Counts {
+        self.work
+    }
+
+    fn is_halved(&self) -> bool {
+        self.of.is_halved()
+    }
+
+    fn x(&self, v: &[DVector<f64>]) -> Vec<f64> {
+        let mut x = vec![0.0; self.of.variables()];
+        for ((v, places), segment) in v.iter().zip(&self.at.places).zip(&self.of.segments) {
+            places.iter().zip(&segment.places).for_each(|(&at, &variable)| x[variable] = v[at]);
+        }
+        x
+    }
+
+    fn evaluate(&mut self, v: &[DVector<f64>]) -> Result<Values, Error> {
+        self.work.evaluations += 1;
+        let x = self.x(v);
+        let [state, controls, others] = self.at.counts;
+        let mut values = Values { cost: 0.0, next: Vec::new(), rows: Vec::new() };
+        let outputs = self.of.running.len();
+        let found = self.of.evaluate_segments(&x)?;
+        for (k, (cost, c)) in found.into_iter().enumerate() {
+            let minimised = (0..outputs).filter(|&output| self.of.minimised[output] && self.of.contributes(k, output));
+            values.cost += cost + minimised.map(|output| c[output]).sum::<f64>();
+            let mut next = DVector::zeros(self.at.shape.states);
+            self.state_outputs(k).into_iter().enumerate().for_each(|(i, output)| next[i] = c[output]);
+            next.rows_mut(state, controls + others).copy_from(&self.copies(k, &v[k]));
+            let mut rows = Vec::new();
+            for row in &self.at.rows[k] {
+                match row.sum {
+                    Some(at) => next[at] = v[k][at] + c[row.output],
+                    None => rows.push(c[row.output]),
+                }
+            }
+            values.next.push(next);
+            values.rows.push(DVector::from_vec(rows));
+        }
+        let end = &v[self.at.places.len()];
+        values.rows.push(DVector::from_iterator(self.at.ends.len(), self.at.ends.iter().map(|&(at, _)| end[at])));
+        Ok(values)
+    }
+
+    fn linearise(&mut self) -> Result<Vec<Linear>, Error> {
+        let states = self.at.shape.states;
+        let mut all = (0..self.at.places.len()).map(|k| self.linearise_segment(k)).collect::<Result<Vec<_>, Error>>()?;
+        let mut rows = DMatrix::zeros(self.at.ends.len(), states);
+        self.at.ends.iter().enumerate().for_each(|(i, &(at, _))| rows[(i, at)] = 1.0);
+        all.push(Linear { gradient: DVector::zeros(states), dynamics: DMatrix::zeros(0, states), rows });
+        self.work.gradients += 1 + self.asked(0).len();
+        Ok(all)
+    }
+
+    fn hessians(&mut self, cost: f64, multipliers: &Multipliers) -> Result<Vec<DMatrix<f64>>, Error> {
+        let segments = 0..self.at.places.len();
+        let mut all = segments.map(|k| self.hessian(k, cost, multipliers)).collect::<Result<Vec<_>, Error>>()?;
+        all.push(DMatrix::zeros(self.at.shape.states, self.at.shape.states));
+        self.work.products += self.at.places[0].len();
+        Ok(all)
+    }
+}
+
+impl Segments<'_> {
+    /// Weights of the outputs of a segment that are terms of the cost.
+    fn minimised(&self, k: usize, weight: f64) -> Vec<f64> {
+        let is_term = |output: usize| self.of.minimised[output] && self.of.contributes(k, output);
+        (0..self.of.running.len()).map(|output| if is_term(output) { weight } else { 0.0 }).collect()
+    }
+
+    /// The outputs of a segment whose derivatives are needed: its continuous states, and its rows.
+    fn asked(&self, k: usize) -> Vec<usize> {
+        self.state_outputs(k).into_iter().chain(self.at.rows[k].iter().map(|row| row.output)).collect()
+    }
+
+    fn linearise_segment(&mut self, k: usize) -> Result<Linear, Error> {
+        let ([state, controls, others], size) = (self.at.counts, self.at.shape.bounds[k].len());
+        let mut of = Linear {
+            gradient: DVector::zeros(size),
+            dynamics: DMatrix::zeros(self.at.shape.states, size),
+            rows: DMatrix::zeros(self.at.shape.rows[k].len(), size),
+        };
+        let (asked, weights, continuous) = (self.asked(k), self.minimised(k, 1.0), self.state_outputs(k).len());
+        let (places, motion) = (&self.at.places[k], &mut self.of.segments[k].motion);
+        let mut gradient = vec![0.0; places.len()];
+        motion.gradient(1.0, &weights, &mut gradient)?;
+        places.iter().zip(&gradient).for_each(|(&at, g)| of.gradient[at] = *g);
+        let mut jacobian = DMatrix::zeros(asked.len(), places.len());
+        motion.jacobian(&asked, &mut jacobian)?;
+        let mut local = 0;
+        for (i, row) in jacobian.row_iter().enumerate() {
+            let sum = if i < continuous { Some(i) } else { self.at.rows[k][i - continuous].sum };
+            let mut into = match sum {
+                Some(at) => of.dynamics.row_mut(at),
+                None => {
+                    local += 1;
+                    of.rows.row_mut(local - 1)
+                }
+            };
+            places.iter().zip(row.iter()).for_each(|(&at, x)| into[at] = *x);
+        }
+        let from = self.at.last_controls[k];
+        (0..controls).for_each(|c| of.dynamics[(state + c, from + c)] = 1.0);
+        let kept = (state + controls..state + controls + others).chain(self.at.ends.iter().map(|&(at, _)| at));
+        kept.for_each(|i| of.dynamics[(i, i)] = 1.0);
+        Ok(of)
+    }
+
+    fn hessian(&mut self, k: usize, cost: f64, multipliers: &Multipliers) -> Result<DMatrix<f64>, Error> {
+        let (size, mut weights) = (self.at.shape.bounds[k].len(), self.minimised(k, cost));
+        let costates = multipliers.costates[k].as_slice();
+        self.state_outputs(k).into_iter().zip(costates).for_each(|(output, costate)| weights[output] += costate);
+        let mut of_rows = multipliers.rows[k].iter();
+        for row in &self.at.rows[k] {
+            let of_row = row.sum.map_or_else(|| of_rows.next(), |at| costates.get(at));
+            weights[row.output] += of_row.unwrap_or(&0.0);
+        }
+        let (places, motion) = (&self.at.places[k], &mut self.of.segments[k].motion);
+        let (mut direction, mut product) = (vec![0.0; places.len()], vec![0.0; places.len()]);
+        motion.gradient(cost, &weights, &mut product)?;
+        let mut hessian = DMatrix::zeros(size, size);
+        for (i, &at) in places.iter().enumerate() {
+            direction[i] = 1.0;
+            motion.product(&direction, &mut product)?;
+            direction[i] = 0.0;
+            places.iter().zip(&product).for_each(|(&row, x)| hessian[(row, at)] = *x);
+        }
+        Ok(0.5 * (&hessian + hessian.transpose()))
+    }
+}
