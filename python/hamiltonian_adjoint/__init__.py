@@ -18,6 +18,8 @@
 (101,)
 """
 
+from typing import TYPE_CHECKING as _TYPE_CHECKING
+
 from ._check import Report, check, check_gradient
 from ._errors import Error, FileError, InputError, MotionError, MotionWarning, OptimiseError, SceneError
 from ._estimate import Derivative, Estimate, estimate
@@ -30,6 +32,7 @@ from ._identify import Table
 from ._mechanics import MarkerState, Mechanics
 from ._objective import Objective
 from ._optimise import MultipleShooting, Problem, Trials, minimise
+from ._names import suggestion as _suggestion
 from ._optimum import Iterate, Optimum, lowest
 from ._robot import JointData, Robot
 from ._scene import Scene, after_event, at_event, cart_pendulum, constant, constant_speed, harmonic, node
@@ -108,3 +111,9 @@ __all__ = [
     "t",
     "where",
 ]
+
+if not _TYPE_CHECKING:
+
+    def __getattr__(name: str) -> object:
+        known = [] if name.startswith("_") else __all__
+        raise AttributeError(f"module `hamiltonian_adjoint` has no attribute {name!r}{_suggestion(name, known, 0)}")

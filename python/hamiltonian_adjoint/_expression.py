@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from ._names import suggestion
 
 _BRANCH = (
     "the value of an expression is not known while the formula is written, so that it cannot decide an `if`, `and`, `or`, `not` or a chain of comparisons; "
     "write `where(x < y, a, b)`, `maximum(x, y)` or `minimum(x, y)`"
 )
+
+_JUMPS = "`{}` of an expression has no formula, because its value jumps; use numpy.sin and numpy.cos of an angle that turns, or `where`"
 
 
 def _number(x: Any) -> float:
@@ -69,6 +73,13 @@ def _unary(template: str, name: str) -> Callable[[Expression], Expression]:
     return method
 
 
+def _without_formula(sign: str) -> Callable[..., Any]:
+    def method(*operands: Any) -> Any:
+        raise TypeError(_JUMPS.format(sign))
+
+    return method
+
+
 def _comparison(sign: str) -> Callable[[Expression, Any], Condition]:
     def method(self: Expression, other: Any) -> Condition:
         return Condition(sign, self, operand(other))
@@ -93,6 +104,10 @@ class Expression:
     __gt__ = _comparison(">")
     __le__ = _comparison("<=")
     __ge__ = _comparison(">=")
+    __mod__ = __rmod__ = _without_formula("%")
+    __floordiv__ = __rfloordiv__ = __divmod__ = __rdivmod__ = _without_formula("//")
+    __round__ = _without_formula("round")
+    __floor__ = __ceil__ = __trunc__ = _without_formula("floor")
     __neg__ = _unary("-{}", "negative")
     __abs__ = absolute = fabs = _unary("abs({})", "absolute")
     sqrt = _unary("sqrt({})", "sqrt")
@@ -184,10 +199,18 @@ class Expression:
 
     def __float__(self) -> float:
         raise TypeError(
-            f"{self!r} has no value while the formula is written; use functions of numpy, such as numpy.sin(x), instead of math.sin(x) or float(x)"
+            f"{self!r} has no value while the formula is written; use functions of numpy, such as numpy.sin(x), instead of math.sin(x) or float(x); "
+            "values over time, as of numpy.interp, are those of a control: inputs[force] = numpy.interp(inputs.times, …)"
         )
 
     __int__ = __complex__ = __float__
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            known = [] if name.startswith("_") else [of for of in dir(type(self)) if not of.startswith("_")]
+            quantities = getattr(type(self), "_QUANTITIES", "")
+            raise AttributeError(f"{type(self).__name__.lower()}s have no attribute {name!r}{quantities or suggestion(name, known, 0)}")
 
     def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **keywords: Any) -> Any:
         if method != "__call__" or keywords:
@@ -331,6 +354,11 @@ def _of_arrays(function: Callable[..., Any], *operands: Any) -> Any:
 
 def where(condition: Any, a: Any, b: Any) -> Any:
     """a if the condition, such as `x < y`, holds, and b otherwise; also for arrays, element by element."""
+    if any(isinstance(of, bool) for of in (condition if isinstance(condition, (list, tuple)) else [condition])):
+        raise TypeError(
+            "the condition of `where` is True or False already, as `x == y` of two quantities is, which compares names; "
+            "write a comparison such as `x < y` or `abs(x - y) < tolerance`, or `a if condition else b`"
+        )
 
     def one(condition: Any, a: Any, b: Any) -> Any:
         if isinstance(condition, (bool, np.bool_)):

@@ -6,9 +6,13 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, overload
 
 from ._expression import Expression, Symbol
+from ._names import suggestion
 
 if TYPE_CHECKING:
     from ._scene import Scene
+
+# The coordinates of joints in space.
+OF_JOINTS = ("angle", "first angle", "second angle", "offset", "x", "y", "z", "e0", "e1", "e2", "e3")
 
 Number = float | Expression
 Vector = Sequence[Number]
@@ -36,6 +40,7 @@ class Coordinate(Symbol):
     """A coordinate q, m or rad."""
 
     __slots__ = ()
+    _QUANTITIES = "; `.v` is the velocity of a coordinate, `.a` its acceleration, `.p` its momentum and `.p_dot` the rate of its momentum"
 
     @property
     def v(self) -> Symbol:
@@ -62,6 +67,7 @@ class Control(Symbol):
     """A control u."""
 
     __slots__ = ()
+    _QUANTITIES = "; `.rate` is the rate of a control"
 
     @property
     def rate(self) -> Symbol:
@@ -114,13 +120,20 @@ class Joint(tuple):  # type: ignore[type-arg]
         coordinate = f"{self.__dict__.get('name')}.{attribute}"
         if "scene" in self.__dict__ and "coordinate" in self.scene._core.kinds_of(coordinate):
             return Coordinate("q", coordinate, self.scene)
-        raise AttributeError(f"there is no coordinate `{coordinate}`")
+        raise AttributeError(f"there is no coordinate `{coordinate}`{suggestion(coordinate, self._coordinates())}")
+
+    def _coordinates(self) -> list[str]:
+        """The names of the coordinates of a joint in space."""
+        scene, name = self.__dict__.get("scene"), self.__dict__.get("name")
+        if scene is None:
+            return []
+        return [f"{name}.{of}" for of in OF_JOINTS if "coordinate" in scene._core.kinds_of(f"{name}.{of}")]
 
     def __reduce__(self) -> Any:
         return Joint.of, (self.name, self.scene)
 
     def __repr__(self) -> str:
-        return f"<{self.name} with {len(self)} equations>"
+        return f"<{self.name} with {len(self)} equation{'' if len(self) == 1 else 's'}>"
 
 
 class Named:
@@ -216,7 +229,7 @@ class Marker:
         return Marker(self.body, {**self.entries, "along": z, "toward": x})
 
     def turned(self, rotation: Vector) -> Marker:
-        """The marker turned by a rotation vector, rad."""
+        """The marker turned by roll, pitch and yaw, rad: about the axes x, y and z of the body, in this order."""
         return Marker(self.body, {**self.entries, "turned": rotation})
 
     def __repr__(self) -> str:
