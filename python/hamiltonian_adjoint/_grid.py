@@ -18,6 +18,8 @@ def lengths_of_steps(steps: int | ArrayLike, dt: float | None) -> Array:
         raise TypeError("the grid is a number of steps and their length, `at_rest(100, 0.01)`, or an array of lengths")
     if is_count and int(steps) < 0:  # type: ignore[arg-type]
         raise InputError(f"{steps!r} steps: the number of steps must not be negative")
+    if dt is not None and not (np.isfinite(dt) and dt):
+        raise InputError(f"the length of the steps is {dt} s; it must be finite, and negative only for a motion backward in time")
     return np.full(int(steps), float(dt)) if is_count else np.array(steps, dtype=np.float64)  # type: ignore[arg-type]
 
 
@@ -41,4 +43,8 @@ def steps_through(times: ArrayLike, longest: float) -> Array:
     >>> steps_through([0.0, 0.2, 0.25], 0.1)
     array([0.1 , 0.1 , 0.05])
     """
-    return _core.steps_through(np.ravel(np.asarray(times, dtype=np.float64)).tolist(), float(longest))
+    at = np.ravel(np.asarray(times, dtype=np.float64))
+    if (back := np.flatnonzero(np.diff(at) < 0)).size:
+        i = back[0] + 1
+        raise InputError(f"time {i} of `steps_through`, {at[i]:g} s, is before time {i - 1}, {at[i - 1]:g} s; sort the times, as by numpy.unique")
+    return _core.steps_through(at.tolist(), float(longest))
