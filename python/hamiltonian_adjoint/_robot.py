@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ._errors import SceneError
 from ._handles import Control, Coordinate, Joint, SpaceBody, listed
+from ._names import suggestion
 
 if TYPE_CHECKING:
     from ._scene import Scene
@@ -22,6 +24,13 @@ class JointData(NamedTuple):
     friction: float
 
 
+class Links(dict[str, SpaceBody]):
+    """The bodies of a robot by the names of its links."""
+
+    def __missing__(self, name: str) -> SpaceBody:
+        raise KeyError(f"the robot has no link `{name}`{suggestion(name, self)}")
+
+
 class Robot:
     """The parts of a scene that belong to a robot, by their names in the URDF file: `robot["shoulder"].angle`.
 
@@ -33,7 +42,7 @@ class Robot:
     def __init__(self, scene: Scene, prefix: str, attributes: dict[str, Any]) -> None:
         self.scene, self._prefix = scene, prefix
         self.joints = {name: Joint.of(prefix + name, scene) for name in attributes["joints"]}
-        self.links = {name: SpaceBody(prefix + name, scene) for name in attributes["links"]}
+        self.links = Links((name, SpaceBody(prefix + name, scene)) for name in attributes["links"])
         self.base = Joint.of(f"{prefix}base", scene) if attributes["is_floating"] else None
         self.data = {name: JointData(*(limit or (None,) * 4), *rest) for name, (_, limit, *rest) in attributes["joints"].items()}
         self.locked: dict[str, float] = dict(attributes["locked"])
@@ -51,6 +60,9 @@ class Robot:
 
     def drive(self) -> list[Control]:
         """Adds a control for every joint with one coordinate, its torque, N m, or its force, N, in the order of `coordinates`; it has the name of the joint."""
+        names = [coordinate.name.rpartition(".")[0] for coordinate in self.coordinates]
+        if taken := [name for name in names if "control" in self.scene._core.kinds_of(name)]:
+            raise SceneError(f"the scene has a control `{taken[0]}` already; `drive` is called once for each robot")
         made = []
         for coordinate in self.coordinates:
             name = coordinate.name.rpartition(".")[0]
@@ -60,7 +72,7 @@ class Robot:
 
     def __getitem__(self, name: str) -> Joint:
         if name not in self.joints:
-            raise KeyError(f"the robot has no moving joint `{name}`; its joints are {listed(self.joints)}")
+            raise KeyError(f"the robot has no moving joint `{name}`; its joints are {listed(self.joints)}{suggestion(name, self.joints, 0)}")
         return self.joints[name]
 
     def __iter__(self) -> Iterator[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,7 @@ from ._expression import Expression, Symbol, operand, t, write
 from ._grid import lengths_of_steps
 from ._handles import (
     GROUND,
+    OF_JOINTS,
     Body,
     Control,
     Coordinate,
@@ -34,6 +36,7 @@ from ._handles import (
     end_state_names,
 )
 from ._identify import checked_readings
+from ._names import suggestion
 from ._parts import Parts
 from ._robot import Robot
 
@@ -177,10 +180,16 @@ class Scene(Parts):
         return f"<scene of {len(parts)} parts>"
 
     def compile(self) -> System:
-        """Checks the scene and returns the System to be simulated."""
+        """Checks the scene and returns the System to be simulated, on which later changes of the scene have no effect."""
         from ._system import System
 
-        return System(self._core)
+        return System._from(self)
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            known = [] if name.startswith("_") else [of for of in dir(type(self)) if not of.startswith("_")]
+            raise AttributeError(f"a scene has no attribute {name!r}{suggestion(name, known)}")
 
     # Parts
 
@@ -191,6 +200,17 @@ class Scene(Parts):
     def _add(self, kind: str, name: str, **fields: Any) -> None:
         self._name(name)
         self._core.add(json.dumps({"kind": kind, "name": name, **fields}, ensure_ascii=False))
+
+    @staticmethod
+    def _finite(what: str, value: Any) -> float:
+        """A number that may not be a formula."""
+        try:
+            number = float(value)
+        except (TypeError, ValueError):
+            raise TypeError(f"{what} must be a number, not {value!r}") from None
+        if not math.isfinite(number):
+            raise SceneError(f"{what} is {number}; it must be finite")
+        return number
 
     def _own(self, symbol: Any) -> Any:
         if symbol.scene is not None and symbol.scene is not self:
@@ -214,7 +234,7 @@ class Scene(Parts):
     def coordinates(self, group: str, names: Iterable[str], start: Iterable[float] | None = None) -> Group:
         """Adds coordinates that belong together, m or rad, and their initial values; each is an attribute of the group."""
         names = names.split() if isinstance(names, str) else list(names)
-        start = [0.0] * len(names) if start is None else [float(x) for x in start]
+        start = [0.0] * len(names) if start is None else [self._finite(f"group `{group}`: an initial value", x) for x in start]
         if len(start) != len(names):
             raise SceneError(f"group `{group}`: {len(start)} initial values for {len(names)} coordinates")
         self._add("coordinates", group, coordinates=names)
@@ -227,14 +247,14 @@ class Scene(Parts):
     def place(self, coordinate: Coordinate | str, value: float) -> None:
         """Sets the initial value of a coordinate, m or rad."""
         name = coordinate if isinstance(coordinate, str) else self._own(coordinate).name
-        self._add("initial value", name, value=float(value))
+        self._add("initial value", name, value=self._finite(f"the initial value of `{name}`", value))
 
     def initial(self, coordinate: Coordinate | str) -> float:
         """The initial value of a coordinate, m or rad."""
         name = coordinate if isinstance(coordinate, str) else coordinate.name
         value = self._core.initial(name)
         if value is None:
-            raise SceneError(f"no coordinate `{name}`")
+            raise SceneError(f"no coordinate `{name}`{suggestion(name, self._names('coordinate'))}")
         return value
 
     def control(self, name: str) -> Control:
@@ -244,9 +264,10 @@ class Scene(Parts):
 
     def design(self, name: str, value: float) -> Design:
         """Adds a design variable with its value; use it in place of a number."""
+        self._name(name)
         if "`" in name:
             raise SceneError(f"design variable {name!r}: its name must not contain a backtick, which encloses names in formulas")
-        self._add("design variable", name, value=float(value))
+        self._add("design variable", name, value=self._finite(f"the value of design variable `{name}`", value))
         return Design("b", name, self)
 
     def gravity(self, x: Parameter, y: Parameter, z: Parameter = 0.0) -> None:
@@ -255,13 +276,20 @@ class Scene(Parts):
 
     def body(self, name: str, mass: Parameter, inertia: Parameter, place: Iterable[float] = (0.0, 0.0, 0.0)) -> Body:
         """Adds a rigid body with its mass (kg), moment of inertia about its centre (kg m²) and initial position x, y, φ."""
-        self._add("body", name, mass=self._parameter(mass), inertia=self._parameter(inertia), place=[float(x) for x in place])
+        self._add("body", name, mass=self._parameter(mass), inertia=self._parameter(inertia), place=self._start(name, place, 3))
         return Body(name, self)
 
     def particle(self, name: str, mass: Parameter, place: Iterable[float] = (0.0, 0.0)) -> Particle:
         """Adds a particle with its mass (kg) and initial position x, y."""
-        self._add("particle", name, mass=self._parameter(mass), place=[float(x) for x in place])
+        self._add("particle", name, mass=self._parameter(mass), place=self._start(name, place, 2))
         return Particle(name, self)
+
+    def _start(self, name: str, place: Iterable[float], count: int) -> list[float]:
+        """The initial position of a body in the plane."""
+        numbers = [self._finite(f"body `{name}`: a number of `place`", x) for x in place]
+        if len(numbers) != count:
+            raise SceneError(f"body `{name}`: `place` has {len(numbers)} numbers, but the body has {count} coordinates: {'x, y, φ' if count == 3 else 'x, y'}")
+        return numbers
 
     def _place(self, what: str, at: Any) -> dict[str, Any]:
         """A point of the plane."""
@@ -346,11 +374,19 @@ class Scene(Parts):
         made: dict[str, Callable[[str, Scene], Any]] = {
             "body in space": SpaceBody,
             "planar body": SpaceBody,
+            "contact": Event,
             "reaction event": Event,
             "event time": Output,
             "event impulse": Output,
+            "outputs of a marker": self._three_outputs,
+            "rotation error": self._three_outputs,
         }
         return made.get(kind, Joint.of)(title, self)
+
+    @staticmethod
+    def _three_outputs(name: str, scene: Scene) -> tuple[Output, Output, Output]:
+        """The outputs of a vector."""
+        return Output(f"{name} x", scene), Output(f"{name} y", scene), Output(f"{name} z", scene)
 
     def _joint(self, name: str) -> Joint:
         return Joint.of(name, self)
@@ -374,12 +410,18 @@ class Scene(Parts):
         lists: dict[str, list[Any]] = {"q": [self._own(x).name for x in q], "sigma": [], "u": [self._own(x).name for x in u], "b": list(range(len(b)))}
         lists["sigma"] = [self._own(x).name for x in sigma]
         if callable(formula):
-            formula = formula(At(q, sigma, u, [Symbol("b", i) for i in range(len(b))]))
+            try:
+                formula = formula(At(q, sigma, u, [Symbol("b", i) for i in range(len(b))]))
+            except IndexError as error:
+                lengths = ", ".join(f"`{of}` has {len(names)}" for of, names in lists.items())
+                raise SceneError(f"the formula of {kind} `{name}`: {error}; of the lists that the formula is called with, {lengths}") from error
         is_one = isinstance(formula, Expression) or not isinstance(formula, Iterable) or getattr(formula, "ndim", 1) == 0
         try:
             results = [operand(formula)] if is_one else [operand(x) for x in formula]
         except TypeError as error:
             raise TypeError(f"the formula of {kind} `{name}`: {error}") from None
+        if kind == "force" and len(results) != len(q):
+            raise SceneError(f"force `{name}`: the number of formulas is {len(results)}, but that of coordinates is {len(q)}; give {{x: formula, y: formula}}")
 
         def place(symbol: Symbol) -> str:
             self._own(symbol)
@@ -426,7 +468,11 @@ class Scene(Parts):
         u: Iterable[Control] = (),
         b: Iterable[Parameter] = (),
     ) -> None:
-        """Adds a generalized force Q(q, v, u, t; b): a formula for each coordinate, `{x: -0.1 * x.v}`, or a list of formulas for the coordinates q."""
+        """Adds a generalized force Q(q, v, u, t; b), N or N m.
+
+        Give a formula for each coordinate that the force acts on, `{x: -0.1 * x.v}`, or a list of formulas, or a function, with these coordinates as `q`.
+        """
+        q = list(q)
         if isinstance(formula, Mapping):
             if q:
                 raise TypeError(f"force `{name}`: its coordinates are the keys of the formulas, so that `q` is not needed")
@@ -434,6 +480,8 @@ class Scene(Parts):
                 if not isinstance(x, Coordinate):
                     raise TypeError(f"force `{name}`: the keys of its formulas must be coordinates, not {x!r}")
             q, formula = list(formula), list(formula.values())
+        if not q:
+            raise TypeError(f"force `{name}`: state the coordinates that it acts on, as {{x: formula, y: formula}} or by q=[x, y] in the order of the formulas")
         self._formula("force", name, formula, q=q, u=u, b=b)
 
     def constraint(self, name: str, formula: Formula, q: Iterable[Coordinate] = (), b: Iterable[Parameter] = ()) -> Joint:
@@ -545,7 +593,11 @@ class Scene(Parts):
                 text = file.read()
         numbers = [(name, float(value)) for name, value in (locked or {}).items()]
         parts, attributes = _core.robot(text, floating, numbers, prefix, damping, ignore_mimic, accept_impossible_inertias)
-        self._core.extend([json.dumps(part) for part in json.loads(parts)["parts"]])
+        added = json.loads(parts)["parts"]
+        for name in (part["name"] for part in added):
+            if {"body in space", "joint"} & set(self._core.kinds_of(name)):
+                raise SceneError(f"the scene has a body or joint `{name}` already; begin the names of this robot otherwise, for example by prefix='left '")
+        self._core.extend([json.dumps(part) for part in added])
         return Robot(self, prefix, attributes)
 
     # Names
@@ -556,8 +608,9 @@ class Scene(Parts):
         # A body in the plane has coordinates, too, and a control may have the name of its joint.
         kinds = [of for of in kinds if of != "joint"] or kinds
         if len(kinds) != 1:
-            many = f"`{name}` is the name of a {' and of a '.join(kinds)}: choose by `kind`"
-            raise KeyError(many if kinds else f"the scene has no {kind or 'part with the name'} `{name}`")
+            if kinds:
+                raise KeyError(f"`{name}` is the name of {' and of '.join(_one(of) for of in kinds)}: choose by scene.find({name!r}, {kinds[0]!r})")
+            raise KeyError(f"the scene has no {kind or 'part with the name'} `{name}`{suggestion(name, self._names(kind))}")
         if kinds[0] == "body":
             is_body = "coordinate" in self._core.kinds_of(f"{name}.φ")
             return Body(name, self) if is_body else Particle(name, self)
@@ -576,6 +629,19 @@ class Scene(Parts):
 
     def __getitem__(self, name: str) -> Any:
         return self.find(name)
+
+    def _names(self, kind: str | None = None) -> list[str]:
+        """The names that `find` knows."""
+        parts = [json.loads(part) for part in self._core.parts]
+        names = [part["name"] for part in parts]
+        names += [f"{part['name']}.{of}" for part in parts for of in (*part.get("coordinates", ()), "φ", *OF_JOINTS)]
+        names += [f"{part['name']} {of}" for part in parts for of in "xyz"]
+        return [name for name in dict.fromkeys(names) if (kind in self._core.kinds_of(name) if kind else self._core.kinds_of(name))]
+
+
+def _one(kind: str) -> str:
+    """A kind with its article."""
+    return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind}"
 
 
 def cart_pendulum(links: int = 3) -> Scene:

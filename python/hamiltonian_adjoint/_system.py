@@ -2,23 +2,42 @@
 
 from __future__ import annotations
 
+import json
 import os
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _hamiltonian_adjoint as _core
-from ._errors import InputError
+from ._errors import InputError, SceneError
 from ._expression import Symbol
 from ._grid import Array as Array
 from ._grid import lengths_of_steps
 from ._handles import Coordinate, Event
+from ._names import suggestion
 from ._scene import Scene
+
+# The kinds of parts that add to J.
+_COSTS = {"cost", "effort", "time"}
+_NOTHING_ASKED = "the scene has neither a cost nor an output, so that J and its gradient are zero; add a cost (`scene.cost`) and compile the scene again"
 
 
 class System(_core.System):
-    """A compiled mechanism: n coordinates, m constraint equations, k controls. It is immutable and can be shared between threads."""
+    """A compiled mechanism: n coordinates, m constraint equations, k controls. It is immutable and can be shared between threads.
+
+    Parts and initial values that are added to the scene later have no effect; compile the scene again.
+    """
+
+    _source: Scene | None = None
+
+    @classmethod
+    def _from(cls, scene: Scene) -> System:
+        """The compiled scene."""
+        made = cls(scene._core)
+        made._source = scene
+        return made
 
     def __reduce__(self) -> Any:
         return _compiled, (self.parts,)
@@ -31,8 +50,29 @@ class System(_core.System):
         return scene
 
     def at_rest(self, steps: int | ArrayLike, dt: float | None = None) -> Inputs:
-        """Inputs at rest at the positions of the scene, with zero controls: a number of steps of `dt` seconds, or the lengths of all steps."""
+        """Inputs at rest at the positions of the scene, with zero controls: a number of steps of `dt` seconds, or the lengths of all steps.
+
+        With negative lengths the motion goes backward in time.
+        """
         return Inputs(self, steps, dt)
+
+    @cached_property
+    def _has_result(self) -> bool:
+        return bool(self.outputs) or any(json.loads(part)["kind"] in _COSTS for part in self.parts)
+
+    def _check_scene(self, symbol: Symbol) -> None:
+        """Raises a SceneError if a handle belongs to a scene whose parts have other kinds or names than those of the system."""
+        if symbol.scene is None or self._source is None or symbol.scene is self._source:
+            return
+        own, other = ([(part["kind"], part["name"]) for part in map(json.loads, parts)] for parts in (self.parts, symbol.scene._core.parts))
+        if any(a != b for a, b in zip(own, other)):
+            raise SceneError(f"`{symbol.label}` belongs to another scene; use handles of the scene that was compiled")
+
+    def _later(self, name: str, scene: Scene | None) -> str:
+        """The end of a message about a name that the scene has, but not the system."""
+        scene = self._source if scene is None else scene
+        is_known = scene is not None and scene._core.kinds_of(name)
+        return ": it was added to the scene after this system was compiled; compile the scene again" if is_known else ""
 
     def __repr__(self) -> str:
         return f"<system of {self.n} coordinates, {self.m} constraint equations, {self.k} controls, {len(self.designs)} design variables>"
@@ -50,13 +90,16 @@ def _index(system: Any, symbol: Any) -> tuple[str, int]:
     if isinstance(symbol, str):
         found = [(of, names.index(symbol)) for of, names in kinds.values() if of != "v" and symbol in names]
         if len(found) != 1:
-            raise KeyError(f"{'more than one input has' if found else 'no input has'} the name `{symbol}`; use the handle")
+            known = [name for of, names in kinds.values() if of != "v" for name in names]
+            unknown = f"no input has the name `{symbol}`{system._later(symbol, None) or suggestion(symbol, known)}"
+            raise KeyError(f"more than one input has the name `{symbol}`; use the handle" if found else unknown)
         return found[0]
     if not isinstance(symbol, Symbol) or symbol.list not in kinds:
         raise TypeError(f"inputs are chosen by a control, a design variable, a coordinate or a velocity such as `x.v`, not by {symbol!r}")
     of, names = kinds[symbol.list]
+    system._check_scene(symbol)
     if symbol.key not in names:
-        raise KeyError(f"the system has no `{symbol.label}`")
+        raise KeyError(f"the system has no `{symbol.label}`{system._later(symbol.name, symbol.scene)}")
     return of, names.index(symbol.key)
 
 
@@ -130,7 +173,16 @@ class Inputs(_ByName):
 
     def __setitem__(self, symbol: Symbol | str, value: ArrayLike) -> None:
         of, i = _index(self.system, symbol)
-        getattr(self, of)[i] = value
+        label = symbol.label if isinstance(symbol, Symbol) else symbol
+        try:
+            numbers = np.asarray(value, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise TypeError(f"`{label}` must be set to numbers, not to {value!r}") from None
+        row = getattr(self, of)
+        if numbers.shape not in ((), row.shape[1:]):
+            expected = f"a number, or one for each of the {row.shape[1]} nodes" if of == "controls" else "a number"
+            raise InputError(f"`{label}` must be set to {expected}, not to an array of the shape {numbers.shape}")
+        row[i] = numbers
 
     @property
     def times(self) -> Array:
@@ -213,6 +265,8 @@ class Gradient(_ByName):
         self.__dict__.update(attributes, system=system)
         if attributes["frozen"] is not None:
             self.frozen = Gradient(system, attributes["frozen"])
+        if self.value == 0.0 and not system._has_result:
+            self.warnings = [*self.warnings, ("NothingAsked", _NOTHING_ASKED)]
 
     def __repr__(self) -> str:
         sizes = ", ".join(f"|dJ/d{name}| ≤ {np.abs(of).max():.3g}" for name, of in self._parts().items() if of.size)

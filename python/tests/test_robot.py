@@ -127,9 +127,14 @@ def test_mistakes(text, message):
 
 def test_names_that_are_taken():
     scene, robot = arm()
-    scene.robot(ARM)
-    with pytest.raises(ha.SceneError, match="base link"):
-        scene.compile()
+    with pytest.raises(ha.SceneError, match="`base link` already; .* by prefix='left '"):
+        scene.robot(ARM)
+    assert len(scene.robot(ARM, prefix="left ").drive()) == len(robot.drive()) == 2
+    with pytest.raises(ha.SceneError, match="a control `shoulder` already; `drive` is called once"):
+        robot.drive()
+    scene.compile()
+    with pytest.raises(KeyError, match="no link `forarm`; did you mean `forearm`?"):
+        robot.links["forarm"]
     with pytest.raises(KeyError, match="no moving joint `wrist`; its joints are shoulder, elbow"):
         robot["wrist"]
     with pytest.raises(FileNotFoundError):
