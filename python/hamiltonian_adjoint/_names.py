@@ -11,7 +11,8 @@ def suggestion(name: object, known: Iterable[str], most: int = 10) -> str:
     names = list(dict.fromkeys(known))
     lower = {of.lower(): of for of in reversed(names)}
     wanted = str(name).lower()
-    near = [lower[of] for of in difflib.get_close_matches(wanted, lower, 3, 0.6)]
+    longer = sorted((of for of in lower if wanted and of.startswith(wanted)), key=len)[:2]
+    near = [lower[of] for of in dict.fromkeys([*longer, *difflib.get_close_matches(wanted, lower, 3, 0.6)])][:3]
     near = near or [of for of in names if wanted and wanted in of.lower()][:3]
     if near:
         return f"; did you mean {' or '.join(f'`{of}`' for of in near)}?"

@@ -118,7 +118,7 @@ MISTAKES = [
     (lambda g: g.force.dot, AttributeError, "`.rate` is the rate of a control"),
     (lambda g: (2 * g.x).arcsine, AttributeError, "did you mean `arcsin`"),
     (lambda g: ha.minimize, AttributeError, "did you mean `minimise` or"),
-    (lambda g: g.s.spring("s"), AttributeError, "did you mean `drawn_spring`"),
+    (lambda g: g.s.spring("s"), AttributeError, "did you mean `spring_damper`"),
     (lambda g: g.s.revolut("s"), AttributeError, "did you mean `revolute`"),
     (lambda g: g.s.place(g.x, math.nan), ha.SceneError, "the initial value of `cart.x` is nan; it must be finite"),
     (lambda g: g.s.place(g.x, g.m), TypeError, "the initial value of `cart.x` must be a number, not mass"),

@@ -3,33 +3,14 @@
 from __future__ import annotations
 
 import pathlib
+import runpy
+import textwrap
 
 from hamiltonian_adjoint import _hamiltonian_adjoint as core
 
 FILE = pathlib.Path(__file__).parent.parent / "hamiltonian_adjoint" / "_parts.py"
-
-# Units of numbers that have the same one in all kinds; those of other numbers depend on the kind.
-UNITS = {
-    "axis": "rad",
-    "angle": "rad",
-    "direction": "rad",
-    "normal": "rad",
-    "free_angle": "rad",
-    "length": "m",
-    "free_length": "m",
-    "radius": "m",
-    "radius_a": "m",
-    "radius_b": "m",
-    "width": "m",
-    "torque": "N m",
-    "force": "N",
-    "stiffness_x": "N/m",
-    "stiffness_y": "N/m",
-    "stiffness_angle": "N m/rad",
-    "damping_x": "N s/m",
-    "damping_y": "N s/m",
-    "damping_angle": "N m s/rad",
-}
+# The descriptions of the kinds, and the kinds whose methods return a Joint.
+TEXTS, JOINTS = map(runpy.run_path(str(pathlib.Path(__file__).with_name("part_texts.py"))).get, ("TEXTS", "JOINTS"))
 
 HEAD = '''"""Ready-made parts of a scene. Written by `tools/parts.py`; a test asserts that it is up to date."""
 
@@ -58,7 +39,7 @@ from ._handles import (
 
 
 class Parts:
-    """Methods that add ready-made parts. Most return the equations of the part, none if it is no constraint."""
+    """Methods that add ready-made parts. Those of joints and constraints return their equations and coordinates."""
 
     def _ready(self, kind: str, name: str | Event, given: dict[str, Any]) -> Any:
         raise NotImplementedError
@@ -91,7 +72,20 @@ TYPES = {
     "true or false": "bool",
     "the name of a quantity of a marker": "str",
 }
-RETURNS = {"body in space": "SpaceBody", "planar body": "SpaceBody", "reaction event": "Event", "event time": "Output", "event impulse": "Output"}
+THREE = "tuple[Output, Output, Output]"
+RETURNS = {"body in space": "SpaceBody", "planar body": "SpaceBody", "contact": "Event", "reaction event": "Event", "event time": "Output"}
+RETURNS |= {"event impulse": "Output", "outputs of a marker": THREE, "rotation error": THREE, **dict.fromkeys(JOINTS, "Joint")}
+
+
+def description(title: str) -> str:
+    """The documentation of a method, without its quotes."""
+    sentence, more = TEXTS[title]
+    if not sentence.startswith(("Draws ", "Lets ", "Makes ")):
+        sentence = f"Adds {sentence[0].lower()}{sentence[1:]}"
+    indent = " " * 8
+    first, *rest = textwrap.wrap(sentence, 148, subsequent_indent=indent)
+    lines = textwrap.wrap(more, 150, initial_indent=indent, subsequent_indent=indent)
+    return "\n".join([first, *rest, *(["", *lines, indent] if lines else [indent] if rest else [])])
 
 
 def method(kind: tuple[str, list[tuple[str, str, bool]]]) -> str:
@@ -104,19 +98,18 @@ def method(kind: tuple[str, list[tuple[str, str, bool]]]) -> str:
     arguments = [
         f"{name}: {TYPES.get(content, 'Vector')}" + (" | None = None" if is_optional else "") for name, content, is_optional in entries
     ]
-    units = ", ".join(f"{name} in {UNITS[name]}" for name, content, _ in entries if content == "a number or formula" and name in UNITS)
-    text = f"Adds a part of the kind '{title}'." + (f" Units: {units}." if units else "")
     first = "event: Event" if of_event else "name: str"
     given = ", ".join(f'"{name}": {name}' for name, *_ in entries)
-    result, all_arguments = RETURNS.get(title, "Joint"), [first, *arguments]
+    result, all_arguments = RETURNS.get(title, "None"), [first, *arguments]
     head = f"def {method_name(title)}(self, {', '.join(all_arguments)}) -> {result}:"
     if len(head) > 150:
         lines = "".join(f"        {of},\n" for of in ["self", *all_arguments])
         head = f"def {method_name(title)}(\n{lines}    ) -> {result}:"
+    add = "self._ready" if result == "None" else "return self._ready"
     return f'''
     {head}
-        """{text}"""
-        return self._ready("{title}", {"event" if of_event else "name"}, {{{given}}})
+        """{description(title)}"""
+        {add}("{title}", {"event" if of_event else "name"}, {{{given}}})
 '''
 
 
