@@ -231,6 +231,16 @@ class Scene(Parts):
         parts, results = write([x], name)
         return "; ".join(parts + results)
 
+    def _named(self, part: str, entry: str, make: Callable[[], Any]) -> Any:
+        """An entry of a part; errors start with the names of both."""
+        try:
+            return make()
+        except ValueError as error:
+            raise SceneError(f"{part}, `{entry}`: {error}") from None
+
+    def _parameters(self, part: str, **entries: Parameter) -> dict[str, float | str]:
+        return {entry: self._named(part, entry, lambda: self._parameter(value)) for entry, value in entries.items()}
+
     def coordinates(self, group: str, names: Iterable[str], start: Iterable[float] | None = None) -> Group:
         """Adds coordinates that belong together, m or rad, and their initial values; each is an attribute of the group."""
         names = names.split() if isinstance(names, str) else list(names)
@@ -272,16 +282,16 @@ class Scene(Parts):
 
     def gravity(self, x: Parameter, y: Parameter, z: Parameter = 0.0) -> None:
         """Sets the acceleration of gravity, m/s²; the default is zero."""
-        self._add("gravity", "gravity", x=self._parameter(x), y=self._parameter(y), z=self._parameter(z))
+        self._add("gravity", "gravity", **self._parameters("gravity", x=x, y=y, z=z))
 
     def body(self, name: str, mass: Parameter, inertia: Parameter, place: Iterable[float] = (0.0, 0.0, 0.0)) -> Body:
         """Adds a rigid body with its mass (kg), moment of inertia about its centre (kg m²) and initial position x, y, φ."""
-        self._add("body", name, mass=self._parameter(mass), inertia=self._parameter(inertia), place=self._start(name, place, 3))
+        self._add("body", name, **self._parameters(f"body `{name}`", mass=mass, inertia=inertia), place=self._start(name, place, 3))
         return Body(name, self)
 
     def particle(self, name: str, mass: Parameter, place: Iterable[float] = (0.0, 0.0)) -> Particle:
         """Adds a particle with its mass (kg) and initial position x, y."""
-        self._add("particle", name, mass=self._parameter(mass), place=self._start(name, place, 2))
+        self._add("particle", name, **self._parameters(f"particle `{name}`", mass=mass), place=self._start(name, place, 2))
         return Particle(name, self)
 
     def _start(self, name: str, place: Iterable[float], count: int) -> list[float]:
@@ -360,6 +370,7 @@ class Scene(Parts):
     def _ready(self, kind: str, name: str | Event, given: dict[str, Any]) -> Any:
         """Adds a ready-made part of a kind."""
         fields: dict[str, Any] = {}
+        part = f"{kind} `{name.name if isinstance(name, Event) else name}`"
         for entry, content, _ in _KINDS[kind]:
             if entry == "motion":
                 motion = given["motion"]
@@ -367,7 +378,8 @@ class Scene(Parts):
                     raise TypeError(f"`motion` must be constant(…), constant_speed(…) or harmonic(…), not {motion!r}")
                 fields |= {"motion": motion.kind, "parameters": self._vector(motion.parameters)}
             elif given.get(entry) is not None:
-                fields[entry] = self._entry(entry, content, given[entry])
+                value = given[entry]
+                fields[entry] = self._named(part, entry, lambda: self._entry(entry, content, value))
         of_event = any(entry == "name" for entry, *_ in _KINDS[kind])
         title = self._handle("event", name, Event, "an event of the scene") if of_event else str(name)
         self._add(kind, title, **fields)
@@ -520,11 +532,11 @@ class Scene(Parts):
 
     def effort(self, name: str, control: Control, weight: Parameter) -> None:
         """Adds the cost ½ w ∫ u² dt of a control."""
-        self._add("effort", name, control=self._own(control).name, weight=self._parameter(weight))
+        self._add("effort", name, control=self._own(control).name, **self._parameters(f"effort `{name}`", weight=weight))
 
     def time(self, name: str, weight: Parameter) -> None:
         """Adds the cost w T of the duration."""
-        self._add("time", name, weight=self._parameter(weight))
+        self._add("time", name, **self._parameters(f"time `{name}`", weight=weight))
 
     def end_state(self, coordinate: Coordinate) -> tuple[Output, Output]:
         """Adds a coordinate and its velocity at the end as outputs; optimisers leave them free unless they are constrained."""

@@ -128,6 +128,8 @@ MISTAKES = [
     (lambda g: g.s.design(2.0, "b"), TypeError, "the first argument is the name of the part"),
     (lambda g: g.s.body("b", 1.0, 1.0, (0.0, 0.0)), ha.SceneError, "body `b`: `place` has 2 numbers, but the body has 3 coordinates: x, y, φ"),
     (lambda g: g.s.body("b", 1.0, 1.0, (0.0, math.nan, 0.0)), ha.SceneError, "body `b`: a number of `place` is nan"),
+    (lambda g: g.s.body("b", math.nan, 1.0), ha.SceneError, "body `b`, `mass`: nan cannot be part of a formula; numbers must be finite"),
+    (lambda g: g.s.distance("d", g.ball, g.rod.at(0, 0), g.x), ha.SceneError, "distance `d`, `length`: `cart.x` changes during the motion"),
     (lambda g: g.s.find("rod.z"), KeyError, "or `rod.x`?"),
     (lambda g: g.s["carts.x"], KeyError, "did you mean `cart.x`"),
     (lambda g: g.s.find("Force", "control"), KeyError, "the scene has no control `Force`; did you mean `force`?"),

@@ -101,3 +101,20 @@ def test_mistakes(make, message):
     scene, hinge = in_space()
     with pytest.raises((TypeError, AttributeError, KeyError, ha.SceneError), match=message):
         make(scene, scene["rod"])
+
+
+def test_markers_that_are_turned():
+    """Roll, pitch and yaw are rotations about the fixed axes x, y and z, in this order."""
+    roll, pitch, yaw = 0.5, 1.0, 0.7
+    scene = ha.Scene()
+    body = scene.body_in_space("body", 1.0, (0.1, 0.1, 0.1, 0.0, 0.0, 0.0))
+    scene.revolute_in_space("hinge", ha.GROUND.at(0, 0, 0).turned((roll, pitch, yaw)), body)
+    for axis in "xyz":
+        scene.outputs_of_a_marker(f"axis {axis}", body.at(0, 0, 0), f"{axis} axis", "terminal")
+    system = scene.compile()
+    solver = ha.Solver(system)
+    solver.simulate(system.at_rest(2, 0.01))
+    about_x = [[1, 0, 0], [0, np.cos(roll), -np.sin(roll)], [0, np.sin(roll), np.cos(roll)]]
+    about_y = [[np.cos(pitch), 0, np.sin(pitch)], [0, 1, 0], [-np.sin(pitch), 0, np.cos(pitch)]]
+    about_z = [[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]
+    assert solver.outputs().reshape(3, 3).T == pytest.approx(np.array(about_z) @ about_y @ about_x, abs=1e-14)
