@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from ._expression import Expression, Symbol
 from ._names import suggestion
+from ._words import counted
 
 if TYPE_CHECKING:
     from ._scene import Scene
@@ -133,7 +134,7 @@ class Joint(tuple):  # type: ignore[type-arg]
         return Joint.of, (self.name, self.scene)
 
     def __repr__(self) -> str:
-        return f"<{self.name} with {len(self)} equation{'' if len(self) == 1 else 's'}>"
+        return f"<{self.name} with {counted(len(self), 'equation')}>"
 
 
 class Named:

@@ -39,6 +39,7 @@ from ._identify import checked_readings
 from ._names import suggestion
 from ._parts import Parts
 from ._robot import Robot
+from ._words import counted
 
 if TYPE_CHECKING:
     from ._system import System
@@ -177,7 +178,7 @@ class Scene(Parts):
 
     def __repr__(self) -> str:
         parts = self._core.parts
-        return f"<scene of {len(parts)} parts>"
+        return f"<scene of {counted(len(parts), 'part')}>"
 
     def compile(self) -> System:
         """Checks the scene and returns the System to be simulated, on which later changes of the scene have no effect."""
@@ -231,7 +232,7 @@ class Scene(Parts):
         parts, results = write([x], name)
         return "; ".join(parts + results)
 
-    def _named(self, part: str, entry: str, make: Callable[[], Any]) -> Any:
+    def _located(self, part: str, entry: str, make: Callable[[], Any]) -> Any:
         """An entry of a part; errors start with the names of both."""
         try:
             return make()
@@ -239,14 +240,14 @@ class Scene(Parts):
             raise SceneError(f"{part}, `{entry}`: {error}") from None
 
     def _parameters(self, part: str, **entries: Parameter) -> dict[str, float | str]:
-        return {entry: self._named(part, entry, lambda: self._parameter(value)) for entry, value in entries.items()}
+        return {entry: self._located(part, entry, lambda: self._parameter(value)) for entry, value in entries.items()}
 
     def coordinates(self, group: str, names: Iterable[str], start: Iterable[float] | None = None) -> Group:
         """Adds coordinates that belong together, m or rad, and their initial values; each is an attribute of the group."""
         names = names.split() if isinstance(names, str) else list(names)
         start = [0.0] * len(names) if start is None else [self._finite(f"group `{group}`: an initial value", x) for x in start]
         if len(start) != len(names):
-            raise SceneError(f"group `{group}`: {len(start)} initial values for {len(names)} coordinates")
+            raise SceneError(f"group `{group}`: {counted(len(start), 'initial value')} for {counted(len(names), 'coordinate')}")
         self._add("coordinates", group, coordinates=names)
         made = [Coordinate("q", f"{group}.{name}", self) for name in names]
         for coordinate, value in zip(made, start):
@@ -379,7 +380,7 @@ class Scene(Parts):
                 fields |= {"motion": motion.kind, "parameters": self._vector(motion.parameters)}
             elif given.get(entry) is not None:
                 value = given[entry]
-                fields[entry] = self._named(part, entry, lambda: self._entry(entry, content, value))
+                fields[entry] = self._located(part, entry, lambda: self._entry(entry, content, value))
         of_event = any(entry == "name" for entry, *_ in _KINDS[kind])
         title = self._handle("event", name, Event, "an event of the scene") if of_event else str(name)
         self._add(kind, title, **fields)
@@ -433,7 +434,8 @@ class Scene(Parts):
         except TypeError as error:
             raise TypeError(f"the formula of {kind} `{name}`: {error}") from None
         if kind == "force" and len(results) != len(q):
-            raise SceneError(f"force `{name}`: the number of formulas is {len(results)}, but that of coordinates is {len(q)}; give {{x: formula, y: formula}}")
+            given = f"{counted(len(results), 'formula')} for {counted(len(q), 'coordinate')}"
+            raise SceneError(f"force `{name}`: {given}; give one for each coordinate that the force acts on, {{x: formula, y: formula}}")
 
         def place(symbol: Symbol) -> str:
             self._own(symbol)

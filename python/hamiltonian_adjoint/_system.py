@@ -18,6 +18,7 @@ from ._grid import lengths_of_steps
 from ._handles import Coordinate, Event
 from ._names import suggestion
 from ._scene import Scene
+from ._words import counted
 
 # The kinds of parts that add to J.
 _COSTS = {"cost", "effort", "time"}
@@ -69,13 +70,14 @@ class System(_core.System):
             raise SceneError(f"`{symbol.label}` belongs to another scene; use handles of the scene that was compiled")
 
     def _later(self, name: str, scene: Scene | None) -> str:
-        """The end of a message about a name that the scene has, but not the system."""
-        scene = self._source if scene is None else scene
-        is_known = scene is not None and scene._core.kinds_of(name)
+        """The end of a message about a name that the system does not have: whether the scene has such an input since."""
+        scene = self._source and (scene or self._source)
+        is_known = scene is not None and not {"control", "coordinate", "design variable"}.isdisjoint(scene._core.kinds_of(name))
         return ": it was added to the scene after this system was compiled; compile the scene again" if is_known else ""
 
     def __repr__(self) -> str:
-        return f"<system of {self.n} coordinates, {self.m} constraint equations, {self.k} controls, {len(self.designs)} design variables>"
+        numbers = {"coordinate": self.n, "constraint equation": self.m, "control": self.k, "design variable": len(self.designs)}
+        return f"<system of {', '.join(counted(number, noun) for noun, number in numbers.items())}>"
 
 
 def _compiled(parts: list[str]) -> System:
@@ -246,7 +248,7 @@ class Inputs(_ByName):
         self.__dict__.update(state)
 
     def __repr__(self) -> str:
-        return f"<inputs: {len(self.steps)} steps to t = {self.times[-1]:g} s, {self.system.k} controls, start '{self.start}'>"
+        return f"<inputs: {counted(len(self.steps), 'step')} to t = {self.times[-1]:g} s, {counted(self.system.k, 'control')}, start '{self.start}'>"
 
 
 class Gradient(_ByName):

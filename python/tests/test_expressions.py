@@ -199,7 +199,7 @@ def test_forces_may_read_coordinates_on_which_they_do_not_act():
     assert coupled(lambda scene, x, y, z: scene.force("pull", {x: y - x + z.v})).value == whole.value
     read = coupled(lambda scene, x, y, z: scene.force("pull", y - x + z.v, q=[x]))
     assert read.value == whole.value and np.array_equal(read.q, whole.q)
-    with pytest.raises(ha.SceneError, match="2 are expected, one for each coordinate"):
+    with pytest.raises(ha.SceneError, match="1 formula for 2 coordinates"):
         coupled(lambda scene, x, y, z: scene.force("pull", [y - x], q=[x, y]))
 
 

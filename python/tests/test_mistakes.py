@@ -63,7 +63,7 @@ MISTAKES = [
     (lambda g: g.s.kinetic_energy("T", g.x.a**2), ha.SceneError, "reads `cart.x.a`, but such a formula may read coordinates, velocities"),
     (lambda g: g.s.force("F", {g.x: g.x.p}), ha.SceneError, "reads `cart.x.p`"),
     (lambda g: g.s.force("F", {g.x.v: 1.0}), TypeError, "keys of its formulas must be coordinates"),
-    (lambda g: g.s.force("F", [1.0, 2.0], q=[g.x]), ha.SceneError, "the number of formulas is 2, but that of coordinates is 1"),
+    (lambda g: g.s.force("F", [1.0, 2.0], q=[g.x]), ha.SceneError, "force `F`: 2 formulas for 1 coordinate;"),
     (lambda g: g.s.force("F", {g.x: 1.0}, q=[g.x]), TypeError, "`q` is not needed"),
     (lambda g: g.s.cost("J", g.foreign**2, sum="terminal"), ha.SceneError, "belongs to another scene"),
     (lambda g: g.s.cost("J", g.x**2), TypeError, "sum"),
@@ -79,7 +79,7 @@ MISTAKES = [
     (lambda g: g.s.body("b", g.x, 1.0), ha.SceneError, "`cart.x` changes during the motion"),
     (lambda g: g.s.torque_actuator("t", ha.GROUND, g.rod, torque=3.0), TypeError, "`torque` must be a control"),
     (lambda g: g.s.applied_force("f", g.ball, direction=0, motion=3), TypeError, "constant(…), constant_speed(…) or harmonic(…)"),
-    (lambda g: g.s.coordinates("g", ["a", "b"], [1.0]), ha.SceneError, "1 initial values for 2 coordinates"),
+    (lambda g: g.s.coordinates("g", ["a", "b"], [1.0]), ha.SceneError, "1 initial value for 2 coordinates"),
     (lambda g: g.s.place("cart.y", 1.0), ha.SceneError, "no coordinate `cart.y`"),
     (lambda g: g.s.design("a`b", 1.0), ha.SceneError, "must not contain a backtick"),
     (lambda g: g.cart.y, AttributeError, "the coordinates are cart.x"),
@@ -141,6 +141,7 @@ MISTAKES = [
     (lambda g: g.inputs.__setitem__(g.x.v, [1.0]), ha.InputError, "`cart.x.v` must be set to a number, not to an array of the shape (1,)"),
     (lambda g: g.inputs.__setitem__(g.force, "much"), TypeError, "`force` must be set to numbers, not to 'much'"),
     (lambda g: g.inputs[g.foreign], ha.SceneError, "`other.x` belongs to another scene; use handles of the scene that was compiled"),
+    (lambda g: g.inputs["rod"], KeyError, "no input has the name `rod`; did you mean `rod.x` or"),
     (lambda g: later(g), KeyError, "the system has no `late`: it was added to the scene after this system was compiled; compile the scene again"),
     (lambda g: later(g, "late"), KeyError, "no input has the name `late`: it was added to the scene after"),
 ]
@@ -208,6 +209,13 @@ def test_warnings_have_kinds():
     assert found[0].filename == __file__
 
 
+def test_numbers_with_nouns():
+    given = Given()
+    assert repr(given.system) == "<system of 6 coordinates, 0 constraint equations, 1 control, 1 design variable>"
+    assert "1 step to t = 0.1 s, 1 control," in repr(given.system.at_rest(1, 0.1))
+    assert repr(given.s.constraint("wall", given.x)) == "<wall with 1 equation>" and repr(ha.Scene()) == "<scene of 0 parts>"
+
+
 def test_handles_of_scenes_with_the_same_parts():
     """Handles of the scene itself, of a loaded copy and of a scene that has grown are keys; those of a scene with other parts are not."""
     given = Given()
@@ -244,14 +252,3 @@ def test_motions_backward_in_time():
     system = scene.compile()
     motion = ha.simulate(system, system.at_rest(100, -0.01))
     assert motion.times[-1] == pytest.approx(-1.0) and motion[x.v][-1] == pytest.approx(math.sin(1.0), rel=1e-4)
-
-
-def test_forces_on_some_of_the_coordinates_that_they_read():
-    scene = ha.Scene()
-    x, y = scene.coordinates("blocks", ["x", "y"], [0.0, 1.0])
-    scene.kinetic_energy("motion", 0.5 * (x.v**2 + y.v**2))
-    scene.force("one way", {x: 4.0 * (y - x)})
-    scene.force("listed", [-0.5 * y.v, 3.0 * (y - x) - 3.0 * (y - x)], q=[y, x])
-    system = scene.compile()
-    motion = ha.simulate(system, system.at_rest(200, 0.005))
-    assert np.all(motion[y] == 1.0) and motion[x][-1] == pytest.approx(1.0 - math.cos(2.0), rel=1e-4)
