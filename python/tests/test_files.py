@@ -1,11 +1,8 @@
 """Files and pickles."""
 
 import copy
-import inspect
 import pathlib
 import pickle
-import re
-import runpy
 
 import hamiltonian_adjoint as ha
 import numpy as np
@@ -41,43 +38,6 @@ def result(scene):
     inputs = system.at_rest(20, 0.01)
     inputs.controls[:] = np.sin(inputs.times)
     return ha.gradient(system, inputs)
-
-
-def test_methods_of_parts_are_up_to_date():
-    tools = pathlib.Path(__file__).parent.parent / "tools" / "parts.py"
-    parts = runpy.run_path(str(tools))
-    assert parts["text"]() == parts["FILE"].read_text(encoding="utf-8"), "run tools/parts.py"
-    assert len(parts["core"].kinds()) >= 95
-
-
-def test_methods_of_parts_explain_their_numbers():
-    kinds = dict(ha._hamiltonian_adjoint.kinds())
-    numbers = ("a number or formula", "3 numbers or formulas", "6 numbers or formulas", "the name of a control", "the name of a function of time")
-    for name, method in inspect.getmembers(ha.Scene.__mro__[1], inspect.isfunction):
-        if name.startswith("_"):
-            continue
-        kind = re.search(r'self._ready\("(.*?)"', inspect.getsource(method))[1]
-        wanted = [entry for entry, content, _ in kinds[kind] if content in numbers]
-        missing = [entry for entry in wanted if f"`{entry}`" not in method.__doc__]
-        assert method.__doc__.startswith(("Adds ", "Draws ", "Lets ", "Makes ")) and not missing, (name, missing)
-
-
-def test_results_of_parts():
-    scene = ha.Scene()
-    a, b, ground = scene.body("a", 1.0, 0.1), scene.body("b", 1.0, 0.1), ha.GROUND.at(0.0, 0.0)
-    assert len(scene.rigid_contact("floor", ground, a.at(0.0, 0.0), normal=1.57)) == 1
-    assert scene.torsional_spring_damper("spring", a, b, stiffness=1.0, free_angle=0.0, damping=0.0) is None
-    assert isinstance(scene.contact("ball", ground, a.at(0, 0), 1.57, stiffness=1.0, damping=0.0, friction=0.1, speed=0.1), ha.Event)
-    body, other = (scene.body_in_space(name, 1.0, (0.1, 0.1, 0.1, 0.0, 0.0, 0.0)) for name in ("body", "other"))
-    hinge = scene.revolute_in_space("hinge", ha.GROUND.at(0, 0, 0), body)
-    assert len(hinge) == 0 and hinge.angle.name == "hinge.angle" and len(scene.load_cell("cell", body.at(0, 0, 1), other)) == 6
-    tip = scene.outputs_of_a_marker("tip", other.at(0.0, 0.5, 0.0), "position", "terminal")
-    turn = scene.rotation_error("turn", other, ha.GROUND.at(0, 0, 0), ha.node(0))
-    system = scene.compile()
-    assert system.outputs == [output.name for output in (*tip, *turn)] and scene["tip x"].name == tip[0].name
-    solver = ha.Solver(system)
-    solver.simulate(system.at_rest(5, 0.01))
-    assert solver.outputs() == pytest.approx([0.0, 0.5, 1.0, 0.0, 0.0, 0.0], abs=1e-12)
 
 
 def test_everything_made_in_python_survives_a_file(tmp_path):
