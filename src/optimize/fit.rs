@@ -6,6 +6,7 @@ use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
 use super::Outcome;
 use super::norm::norm;
+use super::outcome::significant;
 use crate::Warning;
 
 /// Singular values below this fraction of the largest are zero. A variable is undetermined if its squared component along them exceeds `UNSEEN`.
@@ -25,11 +26,14 @@ pub struct Fit {
     pub grid_errors: Option<DVector<f64>>,
 }
 
-/// The outcome, χ² with its degrees of freedom, and the root mean square of the residuals.
+/// The reason and the counts of the outcome, χ² with its degrees of freedom, and the root mean square of the residuals.
 impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let (chi, freedom, mean) = (self.chi_squared(), self.degrees_of_freedom(), self.root_mean_square());
-        write!(f, "{}; χ² {chi:e} with {freedom} degrees of freedom, root mean square of residuals {mean:e}", self.outcome)
+        let [chi, mean] = [self.chi_squared(), self.root_mean_square()].map(|x| significant(x, 4));
+        let freedom = self.degrees_of_freedom();
+        let degrees = if freedom == 1 { "degree" } else { "degrees" };
+        self.outcome
+            .describe(f, &format!("χ² {chi} with {freedom} {degrees} of freedom, root mean square of residuals {mean}"))
     }
 }
 

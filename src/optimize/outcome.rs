@@ -188,17 +188,30 @@ impl Outcome {
 /// One line with the reason, the counts, the value and the largest violation.
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        let Outcome { reason, iterations, evaluations, gradients, products, value, violation, .. } = self;
-        write!(
-            f,
-            "{reason}, after {iterations} iterations ({evaluations} values, {gradients} gradients, {products} products): "
-        )?;
-        write!(f, "value {value:e}, largest violation {violation:e}")?;
+        let (value, violation) = (significant(self.value, 6), significant(self.violation, 2));
+        self.describe(f, &format!("value {value}, largest violation {violation}"))
+    }
+}
+
+impl Outcome {
+    /// Writes the reason, the counts, the result, and the error that stopped the method, if any.
+    pub(super) fn describe(&self, f: &mut fmt::Formatter, result: &str) -> fmt::Result {
+        let Outcome { reason, iterations, evaluations, gradients, products, .. } = self;
+        let counted = |number: &usize, noun| format!("{number} {noun}{}", if *number == 1 { "" } else { "s" });
+        let counts = [(evaluations, "value"), (gradients, "gradient"), (products, "product")].map(|(n, of)| counted(n, of));
+        write!(f, "{reason}, after {} ({}): {result}", counted(iterations, "iteration"), counts.join(", "))?;
         match &self.first_failure {
             Some(error) if matches!(reason, Reason::NoStart | Reason::NoDerivative) => write!(f, "; {error}"),
             _ => Ok(()),
         }
     }
+}
+
+/// A number with a given number of significant digits, with an exponent only if it is very small or large.
+pub(super) fn significant(x: f64, digits: usize) -> String {
+    let rounded: f64 = format!("{x:.*e}", digits - 1).parse().unwrap_or(x);
+    let is_plain = rounded == 0.0 || !rounded.is_finite() || (1e-4..1e6).contains(&rounded.abs());
+    if is_plain { rounded.to_string() } else { format!("{rounded:e}") }
 }
 
 /// Callback that receives every iterate with its point x and may stop the method.

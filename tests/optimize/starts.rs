@@ -148,7 +148,7 @@ fn a_fit_tells_how_well_it_fits() {
     near(fit.root_mean_square_of(&[1]), 200.0 / 3.0);
     near(fit.root_mean_square_of(&[0, 2]), 100.0 / 3.0);
     let text = fit.to_string();
-    assert_contains(&text, &["χ²", "with 1 degrees of freedom", "root mean square", "after"]);
+    assert_contains(&text, &["χ²", "with 1 degree of freedom", "root mean square", "after"]);
 }
 
 /// What is beyond the range of numbers is refused, or told of, or done right; never called a minimum.
