@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from ._errors import InputError
-from ._expression import Symbol
+from ._expression import Expression, Symbol
 from ._handles import Equation
 from ._tables import csv_header
+from ._values import row
 
 if TYPE_CHECKING:
     from ._optimum import Iterate
@@ -20,10 +21,20 @@ if TYPE_CHECKING:
 
 # A legend with more lines hides more than it explains.
 _MOST_IN_LEGEND = 16
-_KINDS = {"q": "coordinates", "v": "velocities", "p_star": "augmented momenta", "p_star_dot": "rates of momenta", "u": "controls", "sigma": "multipliers"}
+_KINDS = {
+    "q": "coordinates",
+    "v": "velocities",
+    "v_dot": "accelerations",
+    "p_star": "augmented momenta",
+    "p_star_dot": "rates of momenta",
+    "u": "controls",
+    "sigma": "multipliers",
+    "lambda": "reactions",
+    "formula": "formulas",
+}
 # Of the names of columns, which may contain brackets, too.
 _UNIT = re.compile(r" \[(m|rad|m/s|rad/s|N|N m|N s|N m s)\]$")
-_RATES = {"N s": "N", "N m s": "N m"}
+_RATES = {"N s": "N", "N m s": "N m", "m/s": "m/s²", "rad/s": "rad/s²"}
 
 
 class Line(NamedTuple):
@@ -88,12 +99,14 @@ def _lines(motion: Motion, symbols: Iterable[Any], units: dict[str, list[str]]) 
         if isinstance(symbol, Equation):
             symbol = symbol.sigma
         if isinstance(symbol, (Symbol, str)):
-            kind, i = motion._row(symbol)
-            yield Line(kind, units[kind][i], symbol if isinstance(symbol, str) else symbol.label, motion._rows(kind)[i])
+            kind, i, values = row(motion, symbol)
+            yield Line(kind, units[kind][i], symbol if isinstance(symbol, str) else symbol.label, values)
+        elif isinstance(symbol, Expression):
+            yield Line("formula", "", repr(symbol), motion[symbol])
         elif isinstance(symbol, Iterable):
             yield from _lines(motion, symbol, units)
         else:
-            raise TypeError(f"a motion is drawn by coordinates, velocities, controls, multipliers or their names, not by {symbol!r}")
+            raise TypeError(f"a motion is drawn by coordinates, velocities, controls, multipliers, their names or formulas, not by {symbol!r}")
 
 
 def _units(motion: Motion) -> dict[str, list[str]]:
@@ -103,7 +116,8 @@ def _units(motion: Motion) -> dict[str, list[str]]:
     units = iter([of[1] if of else "" for of in found])
     counts = {"q": n, "v": n, "p_star": n, "sigma": m, "u": motion.system.k}
     of_kind = {kind: [next(units) for _ in range(count)] for kind, count in counts.items()}
-    return {**of_kind, "p_star_dot": [_RATES.get(unit, "") for unit in of_kind["p_star"]]}
+    rates = {"v": "v_dot", "p_star": "p_star_dot", "sigma": "lambda"}
+    return {**of_kind, **{rate: [_RATES.get(unit, "") for unit in of_kind[kind]] for kind, rate in rates.items()}}
 
 
 def _axes(ax: Any, count: int) -> Any:

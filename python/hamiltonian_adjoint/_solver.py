@@ -12,12 +12,12 @@ import numpy as np
 
 from . import _hamiltonian_adjoint as _core
 from ._errors import Error, InputError, warn
-from ._expression import Symbol
+from ._expression import Expression
 from ._progress import Bar
 from ._system import Array, Gradient, Inputs, System
 from ._tables import to_pandas, to_xarray
-
-_ROWS = {"q": "q", "v": "v", "p_star": "p", "p_star_dot": "p_dot", "u": "controls", "sigma": "sigma"}
+from ._values import row, values
+from ._words import counted
 
 # Height of a page in a notebook, pixels.
 _HEIGHT = 640
@@ -61,6 +61,20 @@ class Motion:
         return self._core.matrix("sigma")
 
     @cached_property
+    def _accelerations(self) -> tuple[Array, Array]:
+        return self._core.accelerations()
+
+    @property
+    def a(self) -> Array:
+        """Accelerations, m/s² or rad/s², of these coordinates, velocities and controls."""
+        return self._accelerations[0]
+
+    @property
+    def lam(self) -> Array:
+        """Reactions λ = dσ/dt, N or N m, with these accelerations; for dependent constraints they are not unique."""
+        return self._accelerations[1]
+
+    @cached_property
     def controls(self) -> Array:
         """Controls."""
         return self._core.matrix("controls")
@@ -90,28 +104,9 @@ class Motion:
         """The numbers of the nodes that halved steps inserted."""
         return self._core.inserted
 
-    def __getitem__(self, symbol: Symbol | str) -> Array:
-        """The values of a coordinate, a velocity `x.v`, a control or a multiplier at all nodes."""
-        kind, i = self._row(symbol)
-        return self._rows(kind)[i]
-
-    def _row(self, symbol: Symbol | str) -> tuple[str, int]:
-        """The list and the number of a quantity."""
-        system = self.system
-        if isinstance(symbol, str):
-            found = [(kind, of.index(symbol)) for kind, of in (("q", system.coordinates), ("u", system.controls)) if symbol in of]
-            if len(found) != 1:
-                raise KeyError(f"{'a coordinate and a control have' if found else 'no coordinate or control has'} the name `{symbol}`; use the handle")
-            return found[0]
-        if not isinstance(symbol, Symbol) or symbol.list not in _ROWS:
-            raise KeyError(f"a motion has no values of `{symbol.label if isinstance(symbol, Symbol) else symbol}`")
-        names = {"u": system.controls, "sigma": system.equations}.get(symbol.list, system.coordinates)
-        if symbol.key not in names:
-            raise KeyError(f"the system has no `{symbol.label}`")
-        return symbol.list, names.index(symbol.key)
-
-    def _rows(self, kind: str) -> Array:
-        return getattr(self, _ROWS[kind])
+    def __getitem__(self, quantity: Expression | str) -> Array:
+        """The values of a quantity at all nodes: a coordinate, `x.v`, `x.a`, a control, `hinge[0].lam`, or a formula of such symbols, such as `m * x.v**2`."""
+        return values(self, quantity) if isinstance(quantity, Expression) else row(self, quantity).values
 
     def plot(self, *quantities: Any, ax: Any = None, **style: Any) -> Any:
         """Draws quantities over time by matplotlib: `plot(arm.phi, arm.phi.v)`, `plot("cart.x")`, `plot(arm)`; by default coordinates, velocities, controls.
@@ -163,7 +158,8 @@ class Motion:
         return _motion_from_json, (self.system, *self._core.to_json())
 
     def __repr__(self) -> str:
-        return f"<motion: {self.computed} nodes to t = {self.times[-1] if self.computed else np.nan:g} s, {self.system.n} coordinates>"
+        end = self.times[-1] if self.computed else np.nan
+        return f"<motion: {counted(self.computed, 'node')} to t = {end:g} s, {counted(self.system.n, 'coordinate')}>"
 
 
 def _motion_from_json(system: System, motion: str, inputs: str) -> Motion:
@@ -248,7 +244,7 @@ class Solver:
         return self._prepared(inputs, "assemble", 0.0)
 
     def find_phases(self, inputs: Inputs, least: int) -> Inputs:
-        """The same inputs with all events of the motion, and at least so many steps between them."""
+        """The same inputs with all events of the motion, and at least this many steps between them."""
         return self._prepared(inputs, "find phases", least)
 
     def _prepared(self, inputs: Inputs, way: str, number: float) -> Inputs:

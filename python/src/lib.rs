@@ -7,6 +7,7 @@ mod check;
 mod convert;
 mod errors;
 mod estimate;
+mod formula;
 mod identify;
 mod mechanics;
 mod optimise;
@@ -33,6 +34,7 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(check::check_gradient, module)?)?;
     module.add_function(wrap_pyfunction!(check::check_function, module)?)?;
     module.add_function(wrap_pyfunction!(estimate::estimate, module)?)?;
+    module.add_function(wrap_pyfunction!(formula::values, module)?)?;
     module.add_function(wrap_pyfunction!(identify::table, module)?)?;
     module.add_function(wrap_pyfunction!(identify::steps_through, module)?)?;
     module.add_function(wrap_pyfunction!(identify::nodes_of_readings, module)?)?;

@@ -4,6 +4,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
 
 use hamiltonian_adjoint as ha;
 use hamiltonian_adjoint::Error;
+use nalgebra::DMatrix;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyType};
@@ -224,6 +225,9 @@ pub(crate) fn gradients<'py>(
     done.into_iter().map(each).collect()
 }
 
+/// A matrix with one column for each computed node.
+type Rows<'py> = Bound<'py, PyArray2<f64>>;
+
 /// A motion with its inputs.
 #[pyclass(frozen, module = "hamiltonian_adjoint._hamiltonian_adjoint")]
 pub(crate) struct Motion {
@@ -281,6 +285,22 @@ impl Motion {
         let of = if rate { ha::Trajectory::phi_dot } else { ha::Trajectory::phi };
         let all = of(trajectory, self.system(), inputs).map_err(raised)?;
         matrix(py, &all, self.computed())
+    }
+
+    /// Accelerations and reactions at all nodes.
+    fn accelerations<'py>(&self, py: Python<'py>) -> PyResult<(Rows<'py>, Rows<'py>)> {
+        let (Data { inputs, trajectory }, system, nodes) = (&*self.data, self.system(), self.computed());
+        let (mut v_dot, mut lambda) = (DMatrix::zeros(system.n(), nodes), DMatrix::zeros(system.m(), nodes));
+        py.detach(|| {
+            (0..nodes).try_for_each(|node| {
+                let (of_node, reactions) = ha::Mechanics::at_node(system, inputs, trajectory, node)?.accelerations()?;
+                v_dot.set_column(node, &of_node);
+                lambda.set_column(node, &reactions);
+                Ok(())
+            })
+        })
+        .map_err(raised)?;
+        Ok((matrix(py, &v_dot, nodes)?, matrix(py, &lambda, nodes)?))
     }
 
     fn inputs<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
