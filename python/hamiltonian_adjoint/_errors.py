@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 
 
@@ -39,7 +40,7 @@ _KINDS: dict[str, type[MotionWarning]] = {}
 def warning_class(kind: str) -> type[MotionWarning]:
     """The class of warnings of a kind."""
     if kind not in _KINDS:
-        _KINDS[kind] = type(kind, (MotionWarning,), {"__module__": __name__, "__doc__": f"The warning `Warning::{kind}` of the library."})
+        _KINDS[kind] = type(kind, (MotionWarning,), {"__module__": __name__, "__doc__": f"A warning of the kind {kind}."})
     return _KINDS[kind]
 
 
@@ -47,3 +48,44 @@ def warn(found: list[tuple[str, str]], stacklevel: int = 3) -> None:
     """Issues each warning once."""
     for kind, message in dict.fromkeys(found):
         warnings.warn(message, warning_class(kind), stacklevel=stacklevel)
+
+
+# What messages of the library say, and what to write in Python instead.
+_IN_PYTHON = {
+    "correct q0, ": "correct `inputs.q`, ",
+    "correct v0, ": "correct `inputs.v`, ",
+    "`Start::assembled`": "`inputs.assemble()`",
+    "`Start::hold`": "`inputs.assemble(coordinate)`",
+    "use a `Start` with": "use a start with",
+    "`Gradient::frozen`": "`gradient.frozen`",
+    "`Grid::stages`": "`inputs.stages`",
+    "`Grid::through`": "`steps_through`",
+    "`Inertia::unchecked`": "`unchecked=True`",
+    "`Interval::FREE`": "`None`",
+    "`Scene::open_at`": "`scene.open_at_event`",
+    "`Scene::close_at`": "`scene.close_at_event`",
+    "`Scheme::TRAPEZOIDAL`": "the scheme 'trapezoidal rule'",
+    "`Solver::inputs`": "`motion.inputs`",
+    "`Spatial::cut`": "`scene.cut`",
+    "`Sum::Node`": "`sum=node(i)`",
+    "`Sum::Node(N)`": "`sum=node(N)`",
+    "`Sum::Event`": "`sum=at_event(i)`",
+    "`Sum::Terminal`": "`sum='terminal'`",
+    "`check::Input::all` lists all inputs": "`system.controls`, `system.designs` and `system.coordinates` list all inputs",
+    "`check::hessian`": "`check_gradient`",
+    "`constrain`": "`constraints`",
+    "call `minimise` for it": "list it in `costs`",
+    "`lbfgs`": "'L-BFGS'",
+    "`interior_point`": "'interior point'",
+    "`augmented_lagrangian`": "'augmented Lagrangian'",
+    "`levenberg_marquardt`": "'Levenberg-Marquardt'",
+}
+# The same for members of classes; of a class that is not listed the name of the member remains.
+_MEMBERS = {"Inputs": "`inputs.{}`", "Solver": "`solver.{}`", "Scene": "`scene.{}`", "Settings": "`{}` of the settings"}
+
+
+def in_python(message: str) -> str:
+    """A message of the library with the names that its items have in Python."""
+    for name, here in _IN_PYTHON.items():
+        message = message.replace(name, here)
+    return re.sub(r"`(\w+(?:::\w+)*)::(\w+)`", lambda of: _MEMBERS.get(of[1], "`{}`").format(of[2]), message)

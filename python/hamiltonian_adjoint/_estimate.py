@@ -19,7 +19,7 @@ class Derivative(NamedTuple):
 
 
 class Estimate:
-    """J and its gradient, with estimates of their differences to those of the continuous motion.
+    """J and its gradient, with estimates of their differences from those of the continuous motion.
 
     `uncertainty` bounds the error of J, `gradient_uncertainty` the relative error of the gradient, and `derivatives` are those by design variables and
     initial values. `corrected` is the gradient with its estimated error added. `residual` is J of the continuous motion minus J by the residuals of the

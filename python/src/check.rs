@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::convert::{Given, number, settings};
-use crate::errors::raised;
+use crate::errors::{in_python, raised};
 use crate::scene::System;
 
 /// The stack of a thread that computes in the background, bytes: not less than that of the main thread.
@@ -21,7 +21,7 @@ const STACK: usize = 16 << 20;
 type Checked = (bool, String, String);
 
 fn checked(passed: bool, verdict: Verdict, report: String) -> Checked {
-    (passed, format!("{verdict:?}"), report)
+    (passed, format!("{verdict:?}"), in_python(&report))
 }
 
 /// Checks the gradient of J or of an output in four ways. Ctrl-C leaves the check, whose thread ends later.

@@ -5,14 +5,24 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyModule;
 
-static CLASSES: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+static MODULE: PyOnceLock<Py<PyModule>> = PyOnceLock::new();
+
+/// The result of a function or a class of `_errors.py` for a message.
+fn called<'py>(py: Python<'py>, name: &str, message: &str) -> PyResult<Bound<'py, PyAny>> {
+    let module = MODULE.get_or_try_init(py, || py.import("hamiltonian_adjoint._errors").map(Bound::unbind))?;
+    module.bind(py).getattr(name)?.call1((message,))
+}
 
 /// The exception of a class with a message.
 fn exception(class: &str, message: &str) -> PyErr {
-    Python::attach(|py| {
-        let module = CLASSES.get_or_try_init(py, || py.import("hamiltonian_adjoint._errors").map(Bound::unbind));
-        let made = module.and_then(|module| module.bind(py).getattr(class)?.call1((message,)));
-        made.map_or_else(|error| error, PyErr::from_value)
+    Python::attach(|py| called(py, class, &in_python(message)).map_or_else(|error| error, PyErr::from_value))
+}
+
+/// A message with the names that items of the library have in Python.
+pub(crate) fn in_python(message: &str) -> String {
+    Python::attach(|py| match called(py, "in_python", message).and_then(|text| text.extract()) {
+        Ok(text) => text,
+        Err(_) => message.to_string(),
     })
 }
 
@@ -86,5 +96,5 @@ pub(crate) fn busy() -> PyErr {
 /// The kinds and messages of warnings.
 pub(crate) fn warnings<'w>(all: impl IntoIterator<Item = &'w Warning>) -> Vec<(String, String)> {
     let kind = |warning: &Warning| format!("{warning:?}").chars().take_while(|c| c.is_ascii_alphanumeric()).collect();
-    all.into_iter().map(|warning| (kind(warning), warning.to_string())).collect()
+    all.into_iter().map(|warning| (kind(warning), in_python(&warning.to_string()))).collect()
 }

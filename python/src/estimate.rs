@@ -6,7 +6,7 @@ use pyo3::types::PyDict;
 
 use crate::check::in_background;
 use crate::convert::{Given, derivatives, settings};
-use crate::errors::raised;
+use crate::errors::{in_python, raised};
 use crate::scene::System;
 
 /// The attributes of `Estimate` of Python. Ctrl-C leaves the computation, whose thread ends later.
@@ -23,7 +23,7 @@ pub(crate) fn estimate<'py>(
     let found = in_background(py, move || ha::estimate(&of, &inputs, settings))?.map_err(raised)?;
     let bounds = found.derivatives.iter().map(|one| (one.of.as_str(), one.value, one.uncertainty));
     let all = PyDict::new(py);
-    all.set_item("text", found.to_string())?;
+    all.set_item("text", in_python(&found.to_string()))?;
     all.set_item("value", found.value)?;
     all.set_item("gradient", derivatives(py, &found.gradient)?)?;
     all.set_item("uncertainty", found.uncertainty)?;
@@ -32,6 +32,6 @@ pub(crate) fn estimate<'py>(
     all.set_item("corrected", found.corrected.as_ref().map(|of| derivatives(py, of)).transpose()?)?;
     all.set_item("residual", found.residual)?;
     all.set_item("largest", found.largest)?;
-    all.set_item("withdrawn", found.withdrawn.as_ref().map(ToString::to_string))?;
+    all.set_item("withdrawn", found.withdrawn.as_ref().map(|why| in_python(&why.to_string())))?;
     Ok(all)
 }

@@ -26,7 +26,7 @@ pub(crate) fn table<'py>(py: Python<'py>, csv: &str) -> PyResult<(Bound<'py, PyA
 /// The lengths of steps with nodes at these times.
 #[pyfunction]
 pub(crate) fn steps_through<'py>(py: Python<'py>, times: Vec<f64>, longest: f64) -> PyResult<Bound<'py, PyArray1<f64>>> {
-    let grid = ha::Grid::through(&times, longest).map_err(|error| in_python(&error))?;
+    let grid = ha::Grid::through(&times, longest).map_err(|error| wrong_input(&error.to_string()))?;
     Ok(vector(py, &grid.steps))
 }
 
@@ -37,16 +37,7 @@ pub(crate) fn nodes_of_readings(name: &str, times: Vec<f64>, steps: Vec<f64>, t0
     let table = ha::Table { names: vec![name.to_string()], times, columns: vec![values] };
     match table.readings(0, &ha::Grid::new(t0, steps)) {
         Ok(readings) => Ok(readings.into_iter().map(|(node, _)| node).collect()),
-        Err(ha::Error::File { problem, .. }) => Err(wrong_input(&renamed(&format!("readings `{name}`: {problem}")))),
+        Err(ha::Error::File { problem, .. }) => Err(wrong_input(&format!("readings `{name}`: {problem}"))),
         Err(error) => Err(raised(error)),
     }
-}
-
-fn in_python(error: &ha::Error) -> PyErr {
-    wrong_input(&renamed(&error.to_string()))
-}
-
-/// A message with the name that the function has in Python.
-fn renamed(message: &str) -> String {
-    message.replace("Grid::through", "steps_through")
 }
