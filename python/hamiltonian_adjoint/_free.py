@@ -26,6 +26,10 @@ class Free:
     scale: float = 1.0
     logarithm: bool = False
 
+    @property
+    def _core(self) -> tuple[str, str, int, tuple[float, float], float, bool]:
+        return self.kind, self.name, self.count, self.within, self.scale, self.logarithm
+
 
 def free(
     quantity: Symbol | str,
@@ -53,25 +57,32 @@ def free(
     if len(given) > 1 or given and kind != "control":
         raise TypeError("only a control can be linear, in pieces or a spline, and only one of them")
     made = Free(given[0] if given else kind, name, forms[given[0]] if given else 0)
-    return replace(made, within=interval(within), scale=float(scale), logarithm=bool(logarithm))
+    return replace(made, within=pair(within, f"free {kind} `{name}`"), scale=float(scale), logarithm=bool(logarithm))
 
 
 def step_length(step: int, *, within: tuple[float, float] = (-math.inf, math.inf), scale: float = 1.0) -> Free:
     """The length of a step, counted from 1, as a free quantity."""
-    return Free("step", f"length of step {step}", int(step), interval(within), float(scale))
+    return Free("step", f"length of step {step}", int(step), pair(within, f"length of step {step}"), float(scale))
 
 
-def interval(within: Any) -> tuple[float, float]:
-    """Bounds; a single number is an equality, and None leaves a side open."""
+def interval(within: Any, of: str) -> tuple[float, float]:
+    """The bounds of a constraint: a pair, in which None leaves a side open, a number for an equality, or None."""
+    try:
+        return (float(within), float(within)) if within is not None and np.ndim(within) == 0 else pair(within, of)
+    except (TypeError, ValueError):
+        raise InputError(f"{of}: a number, a pair (least, most) or None is expected, not {within!r}") from None
+
+
+def pair(within: Any, of: str) -> tuple[float, float]:
+    """The bounds of a free quantity: a pair, in which None leaves a side open, or None."""
     if within is None:
         return -math.inf, math.inf
-    if np.ndim(within) == 0:
-        return float(within), float(within)
     try:
         least, most = within
+        return -math.inf if least is None else float(least), math.inf if most is None else float(most)
     except (TypeError, ValueError):
-        raise InputError(f"bounds are a pair (least, most), not {within!r}") from None
-    return -math.inf if least is None else float(least), math.inf if most is None else float(most)
+        hint = "; to keep the quantity at this value, set it in the inputs and do not list it as free" if np.ndim(within) == 0 else ""
+        raise InputError(f"{of}: bounds are a pair (least, most), not {within!r}{hint}") from None
 
 
 def stated(free: Iterable[Symbol | Free | str], bounds: Mapping[Symbol | str, Any] | None) -> list[Free]:
@@ -84,7 +95,7 @@ def stated(free: Iterable[Symbol | Free | str], bounds: Mapping[Symbol | str, An
         places = [i for i, of in enumerate(quantities) if of.name == wanted.name and _subject(of) == _subject(wanted)]
         if not places:
             raise InputError(f"`bounds` has {wanted.kind} `{wanted.name}`, which is not free")
-        quantities[places[0]] = replace(quantities[places[0]], within=interval(within))
+        quantities[places[0]] = replace(quantities[places[0]], within=pair(within, f"bounds of {wanted.kind} `{wanted.name}`"))
     return quantities
 
 

@@ -17,9 +17,15 @@ from ._optimum import Iterate, Optimum
 from ._progress import Bar, with_bar
 from ._solver import _checked
 from ._system import Array, Inputs, System, _index
+from ._words import counted
 
 METHODS = ("interior point", "L-BFGS", "augmented Lagrangian", "Levenberg-Marquardt")
-_OPTIONS = ("iterations", "target", "stationarity", "violation", "memory", "first_step")
+SETTINGS = ("scheme", "tolerance", "max_iterations", "position_tolerance", "velocity_tolerance", "max_halvings", "drift_bound", "rebase_every")
+OPTIONS = ("iterations", "target", "stationarity", "violation", "memory", "first_step")
+_KNOWN = f"options of the methods are {', '.join(OPTIONS)}; settings of the solver, as settings={{…}}, are {', '.join(SETTINGS)}"
+
+# Names of the variables of scalar quantities.
+_VARIABLES = {"design": "{}", "coordinate": "initial {}", "rate": "initial rate of {}", "duration": "{}", "step": "{}"}
 
 Callback = Callable[[Iterate, np.ndarray], bool | None]
 
@@ -53,37 +59,45 @@ class _Stated:
         """Minimises from `start`, by default from the variables of the inputs.
 
         Methods are 'interior point' (exact products of the Hessian), 'L-BFGS' and 'augmented Lagrangian' (gradients alone), and 'Levenberg-Marquardt'
-        (minimises the sum of squares of the outputs). `callback(iterate, x)` may return True to stop. With `progress`, a bar by tqdm counts the
-        iterates. Options are `iterations`, `target`, `stationarity`, `violation`, `memory` and `first_step`.
+        (minimises half the sum of squares of the outputs). `callback(iterate, x)` may return True to stop. With `progress`, a bar by tqdm counts the
+        iterates. Options are
+
+        - `iterations`: the largest number of iterations, 1000;
+        - `stationarity`: tolerance of the gradient by variables that are not at a bound, relative to that of the start, 1e-7;
+        - `violation`: tolerance of the violation of constraints, 1e-9;
+        - `target`: a value at which the method stops, None;
+        - `memory`: the number of pairs that L-BFGS stores, 30;
+        - `first_step`: the length of the first step in the variable that changes most, None.
         """
         found = self._minimise(method, start, callback, progress, options)
         warn(found.warnings)
         return found
 
     def _minimise(self, method: str, start: ArrayLike | None, callback: Callback | None, progress: bool, options: dict[str, Any]) -> Optimum:
-        x = None if start is None else _point(start)
+        x, options = None if start is None else _point(start), _options(options)
         with with_bar(callback, progress) as watched:
             return self._optimum(_core.minimise(self, _method(method), x, options, _called(watched)))
 
     def multi_start(self, starts: Iterable[ArrayLike], method: str = "interior point", *, progress: bool = False, **options: Any) -> list[Optimum]:
         """Minimises from many starts on all cores, with the results in the order of the starts; `lowest` chooses the best."""
         points = [_point(start) for start in starts]
-        found = [self._optimum(of) for of in _core.multi_start(self, points, _method(method), options, Bar() if progress else None)]
+        found = [self._optimum(of) for of in _core.multi_start(self, points, _method(method), _options(options), Bar() if progress else None)]
         warn([warning for of in found for warning in of.warnings])
         return found
 
     def _optimum(self, attributes: dict[str, Any]) -> Optimum:
-        return Optimum([of.system for of in self._motions], attributes)
+        scales = {_VARIABLES[kind].format(name): (scale, is_log) for kind, name, _, _, scale, is_log in self._motions[0]._free if kind in _VARIABLES}
+        return Optimum([of.system for of in self._motions], attributes, scales)
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {len(self.start)} variables>"
+        return f"<{type(self).__name__} of {counted(len(self.start), 'variable')}>"
 
 
 class Problem(_Stated):
     """The problem of minimising J over the free quantities, subject to bounds and to constraints on outputs, for several methods or starts.
 
     `bounds` are pairs (least, most) for quantities in `free`. Outputs must be zero; `constraints` sets another value or a pair, or None to leave an output
-    free. Other keywords are settings of a Solver.
+    free. `settings` are those of a Solver, such as {'scheme': 'ESDIRK4'}.
     """
 
     def __init__(
@@ -94,11 +108,11 @@ class Problem(_Stated):
         *,
         bounds: Mapping[Symbol | str, Any] | None = None,
         constraints: Mapping[Output | str, Any] | None = None,
-        **settings: Any,
+        settings: Mapping[str, Any] | None = None,
     ) -> None:
-        self.system, self.inputs, self.settings = system, _checked(inputs, system).copy(), settings
-        self._free = [(of.kind, of.name, of.count, of.within, of.scale, of.logarithm) for of in stated(free, bounds)]
-        self._constraints = [(_name(of), *interval(to)) for of, to in (constraints or {}).items()]
+        self.system, self.inputs, self.settings = system, _checked(inputs, system).copy(), _settings(settings)
+        self._free = [of._core for of in stated(free, bounds)]
+        self._constraints = [(_name(of), *interval(to, f"constraint `{_name(of)}`")) for of, to in (constraints or {}).items()]
         self._motions = [self]
 
     def homotopy(
@@ -115,7 +129,7 @@ class Problem(_Stated):
             return inputs
 
         with with_bar(callback, progress) as watched:
-            found = self._optimum(_core.homotopy(self, changed, options, _called(watched)))
+            found = self._optimum(_core.homotopy(self, changed, _options(options), _called(watched)))
         warn(found.warnings)
         return found
 
@@ -124,7 +138,8 @@ class MultipleShooting(_Stated):
     """A problem whose motion is divided into segments, the initial states of which are variables: for ends that are too sensitive to the start.
 
     `states` lists one coordinate for each degree of freedom; `scene.end_state` must have been called for each of them. `guess` contains values of
-    coordinates and velocities `x.v` at all nodes, or numbers. Outputs in `costs` are added to J instead of being constraints.
+    coordinates and velocities `x.v` at all nodes, or numbers. Outputs in `costs` are added to J instead of being constraints. Other arguments are those
+    of a `Problem`.
     """
 
     def __init__(
@@ -139,9 +154,9 @@ class MultipleShooting(_Stated):
         costs: Iterable[Output | str] = (),
         bounds: Mapping[Symbol | str, Any] | None = None,
         constraints: Mapping[Output | str, Any] | None = None,
-        **settings: Any,
+        settings: Mapping[str, Any] | None = None,
     ) -> None:
-        self._motions = [Problem(system, inputs, free, bounds=bounds, constraints=constraints, **settings)]
+        self._motions = [Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings)]
         names = [of if isinstance(of, str) else of.name for of in states]
         ends = [(name, *end_state_names(name)) for name in names]
         guesses = [_guess(inputs, of, values) for of, values in (guess or {}).items()]
@@ -167,17 +182,17 @@ def minimise(
     *,
     bounds: Mapping[Symbol | str, Any] | None = None,
     constraints: Mapping[Output | str, Any] | None = None,
+    settings: Mapping[str, Any] | None = None,
     method: str = "interior point",
     callback: Callback | None = None,
     progress: bool = False,
-    **keywords: Any,
+    **options: Any,
 ) -> Optimum:
     """Minimises J over the free quantities, subject to bounds and to constraints on outputs, as `Problem(…).minimise(method, …)`.
 
-    Keywords are the options of `Problem.minimise` and settings of a Solver.
+    `settings` are those of a Solver, such as {'scheme': 'ESDIRK4'}; options of the method, such as `iterations`, are those of `Problem.minimise`.
     """
-    options = {name: keywords.pop(name) for name in _OPTIONS if name in keywords}
-    problem = Problem(system, inputs, free, bounds=bounds, constraints=constraints, **keywords)
+    problem = Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings)
     found = problem._minimise(method, None, callback, progress, options)
     warn(found.warnings)
     return found
@@ -202,6 +217,24 @@ def _method(method: str) -> str:
     if method not in METHODS:
         raise InputError(f"there is no method '{method}'; the methods are {', '.join(repr(of) for of in METHODS)}")
     return method
+
+
+def _options(options: dict[str, Any]) -> dict[str, Any]:
+    """Options of a method; an unknown one may be a setting of the solver."""
+    for name in options:
+        if name not in OPTIONS:
+            problem = f"`{name}` is a setting of the solver: write settings={{'{name}': …}}" if name in SETTINGS else f"there is no option `{name}`"
+            raise TypeError(f"{problem}; {_KNOWN}")
+    return options
+
+
+def _settings(settings: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Settings of the solver; an unknown one may be an option of the method."""
+    for name in settings or {}:
+        if name not in SETTINGS:
+            problem = f"`{name}` is an option of the method, not a setting of the solver" if name in OPTIONS else f"there is no setting `{name}`"
+            raise TypeError(f"{problem}; {_KNOWN}")
+    return dict(settings or {})
 
 
 def _point(x: ArrayLike) -> list[float]:

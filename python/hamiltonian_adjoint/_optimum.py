@@ -2,16 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ._system import Array, Inputs, System
+from ._words import counted
+
+
+# The largest number of outputs and of parameters that an optimum lists.
+_OUTPUTS = 5
+_PARAMETERS = 10
+# Outputs are off if they violate their limits by more.
+_OFF = 1e-9
+# By the reason why the method stopped.
+_WHAT_TO_DO = {
+    "the iteration limit was reached": "allow more `iterations`",
+    "stopped by a callback": "continue from x: `minimise(start=found.x)` of a `Problem`",
+}
 
 
 class Iterate(NamedTuple):
-    """An iterate of a method."""
+    """An iterate of a method: J (or half the sum of squares), the largest violation of a constraint, the largest component of the gradient, the largest
+    change of a variable, and the number of simulations so far.
+    """
 
     value: float
     violation: float
@@ -21,15 +37,35 @@ class Iterate(NamedTuple):
 
 
 class Optimum:
-    """The result of `minimise`, converged or not: the best point `x`, its `inputs`, and how it was found."""
+    """The result of `minimise`, converged or not: the best point and how it was found.
+
+    - `converged`: True if the gradient is small or the target was reached, and the constraints hold;
+    - `reason`: why the method stopped; `message`: the reason, counts, and numbers;
+    - `inputs`: the best inputs; `trials`: those of each motion of `Trials`, the first of which are `inputs`;
+    - `x`, `names`: values and names of the variables;
+    - `value`: J, for Levenberg-Marquardt half the sum of squares of the outputs;
+    - `constraints`: the values of the outputs at x, not their violations; `limits`: name, lower and upper bound of each;
+    - `violation`: the largest violation of a constraint; `multipliers`: w of the Lagrangian J + wᵀ constraints;
+    - `iterations`, `evaluations`, `gradients`, `products`: the numbers of iterations, simulations, gradients and products of the Hessian;
+    - `history`: the start and all iterates; `first_failure`: the error of the first point that could not be computed;
+    - `warnings`: kinds and messages of warnings about the motion of `inputs`.
+
+    Only 'Levenberg-Marquardt' has other values than None in
+
+    - `chi_squared`, `degrees_of_freedom`: the sum of squares of the residuals, and their number minus that of the variables;
+    - `standard_errors`, `covariance` of the variables: the residuals themselves determine the scatter of the readings, χ²/degrees of freedom;
+    - `absolute_errors`: standard errors for deviations of the readings that are known;
+    - `grid_shifts`: estimated changes of the variables if steps became infinitely short, included in both kinds of errors;
+    - `undetermined`: the variables without effect; `jacobian`: the derivatives of the residuals by the variables.
+    """
 
     x: Array
     names: list[str]
     value: float
     inputs: Inputs
-    # The inputs of each motion of `Trials`, the first of which are `inputs`.
     trials: list[Inputs]
     constraints: Array
+    limits: list[tuple[str, float, float]]
     violation: float
     multipliers: Array
     reason: str
@@ -42,19 +78,34 @@ class Optimum:
     history: list[Iterate]
     warnings: list[tuple[str, str]]
     first_failure: str | None
-    # Of 'Levenberg-Marquardt' only.
     standard_errors: Array | None
     covariance: Array | None
     chi_squared: float | None
     degrees_of_freedom: int | None
     grid_shifts: Array | None
     undetermined: list[str] | None
+    jacobian: Array | None
 
-    def __init__(self, systems: list[System], attributes: dict[str, Any]) -> None:
+    def __init__(self, systems: list[System], attributes: dict[str, Any], scales: dict[str, tuple[float, bool]]) -> None:
         self.__dict__.update(attributes)
+        # Scales of scalar quantities, and whether the variable is the logarithm.
+        self._scales = scales
         self.trials = [Inputs._of(system, inputs) for system, inputs in zip(systems, attributes["inputs"])]
         self.inputs = self.trials[0]
         self.history = [Iterate(*of) for of in attributes["history"]]
+
+    @cached_property
+    def absolute_errors(self) -> Array | None:
+        """Standard errors of the variables if the given deviations are those of the readings: √diag((AᵀA)⁻¹ + δ δᵀ), with the Jacobian A and the shifts δ by
+        the grid. `standard_errors` have s² (AᵀA)⁻¹ instead, with s² = χ²/degrees of freedom.
+        """
+        if self.jacobian is None or self.undetermined:
+            return None
+        # Columns of length 1, because AᵀA would square the condition number.
+        lengths = np.linalg.norm(self.jacobian, axis=0)
+        _, values, v = np.linalg.svd(self.jacobian / lengths, full_matrices=False)
+        noise = np.linalg.norm(v / values[:, None], axis=0) / lengths
+        return noise if self.grid_shifts is None else np.hypot(noise, self.grid_shifts)
 
     def plot(self, ax: Any = None) -> Any:
         """Draws value, violation and stationarity of all iterates by matplotlib. Returns an array of two axes."""
@@ -63,7 +114,34 @@ class Optimum:
         return plot_history(self.history, ax)
 
     def __repr__(self) -> str:
-        return f"<optimum: {self.message}>"
+        lines = self._off() if self.chi_squared is None else self._parameters()
+        return "\n  ".join([f"<optimum: {self.message}>", *lines])
+
+    def _off(self) -> Iterator[str]:
+        """The outputs that violate their limits, the worst first."""
+        if self.converged:
+            return
+        ends = [(name, value, min(max(value, least), most)) for (name, least, most), value in zip(self.limits, self.constraints)]
+        off = sorted((of for of in ends if abs(of[1] - of[2]) > _OFF), key=lambda of: -abs(of[1] - of[2]))
+        for name, value, end in off[:_OUTPUTS]:
+            yield f"{name} is {value:.6g} instead of {end:.6g}, off by {abs(value - end):.2g}"
+        if len(off) > _OUTPUTS:
+            yield f"… and {counted(len(off) - _OUTPUTS, 'other output')}"
+        if off:
+            yield _WHAT_TO_DO.get(self.reason, "try another start, a longer duration, or wider bounds")
+
+    def _parameters(self) -> Iterator[str]:
+        """The quantities that are fitted, not their scaled variables, with standard errors."""
+        errors = [None] * len(self.x) if self.standard_errors is None else self.standard_errors
+        for name, x, error in list(zip(self.names, self.x, errors))[:_PARAMETERS]:
+            scale, is_log = self._scales.get(name, (1.0, False))
+            slope = scale * np.exp(x) if is_log else scale
+            value = slope if is_log else scale * x
+            yield f"{name} = {value:.6g}" if error is None else f"{name} = {value:.6g} ± {slope * error:.2g}"
+        if len(self.x) > _PARAMETERS:
+            yield f"… and {counted(len(self.x) - _PARAMETERS, 'other variable')}"
+        if self.undetermined:
+            yield f"without standard errors, because the readings do not determine {', '.join(self.undetermined[:_PARAMETERS])}"
 
 
 def lowest(found: Iterable[Optimum], violation: float = 1e-9) -> Optimum | None:

@@ -14,15 +14,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
 use crate::convert::{Given, attributes, matrix, vector};
-use crate::errors::{raised, warnings};
+use crate::errors::{in_python, raised, warnings};
 use crate::problem::{GivenProblem, Problem, Statement};
 use crate::progress::Bar;
 use crate::signals::{Signals, on_all_cores};
-
-fn unknown(option: &str) -> PyErr {
-    let known = "iterations, target, stationarity, violation, memory, first_step";
-    PyTypeError::new_err(format!("there is no option `{option}`; the options are {known}"))
-}
 
 /// Options from keywords.
 fn options(given: &Bound<'_, PyDict>) -> PyResult<Options> {
@@ -35,7 +30,7 @@ fn options(given: &Bound<'_, PyDict>) -> PyResult<Options> {
             "violation" => options.violation = value.extract()?,
             "memory" => options.memory = value.extract()?,
             "first_step" => options.first_step = value.extract()?,
-            other => return Err(unknown(other)),
+            other => return Err(PyTypeError::new_err(format!("there is no option `{other}`"))),
         }
     }
     Ok(options)
@@ -192,20 +187,22 @@ fn described<'py>(
     all.set_item("x", vector(py, &outcome.x))?;
     all.set_item("value", outcome.value)?;
     all.set_item("constraints", vector(py, &outcome.constraints))?;
+    all.set_item("limits", problem.limits())?;
     all.set_item("violation", outcome.violation)?;
     all.set_item("multipliers", vector(py, &outcome.multipliers))?;
     all.set_item("reason", outcome.reason.to_string())?;
     all.set_item("converged", outcome.reason.is_converged())?;
-    all.set_item("message", fit.map_or_else(|| outcome.to_string(), Fit::to_string))?;
+    all.set_item("message", in_python(&fit.map_or_else(|| outcome.to_string(), Fit::to_string)))?;
     all.set_item("iterations", outcome.iterations)?;
     all.set_item("evaluations", outcome.evaluations)?;
     all.set_item("gradients", outcome.gradients)?;
     all.set_item("products", outcome.products)?;
     all.set_item("history", outcome.history.iter().map(iterate).collect::<Vec<_>>())?;
     all.set_item("warnings", warnings(&outcome.warnings))?;
-    all.set_item("first_failure", outcome.first_failure.as_ref().map(ToString::to_string))?;
+    all.set_item("first_failure", outcome.first_failure.as_ref().map(|error| in_python(&error.to_string())))?;
     let columns = |of: nalgebra::DMatrix<f64>| matrix(py, &of, of.ncols());
     all.set_item("standard_errors", fit.and_then(Fit::standard_errors).map(|errors| vector(py, &errors)))?;
+    all.set_item("jacobian", fit.map(|fit| columns(fit.jacobian.clone())).transpose()?)?;
     all.set_item("covariance", fit.and_then(Fit::covariance).map(columns).transpose()?)?;
     all.set_item("chi_squared", fit.map(Fit::chi_squared))?;
     all.set_item("degrees_of_freedom", fit.map(Fit::degrees_of_freedom))?;

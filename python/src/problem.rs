@@ -15,10 +15,10 @@ use crate::scene::System;
 
 /// A free quantity: its kind, its name, a number, bounds, scale, and whether the variable is its logarithm.
 #[derive(FromPyObject)]
-struct GivenFree(String, String, usize, (f64, f64), f64, bool);
+pub(crate) struct GivenFree(String, String, usize, (f64, f64), f64, bool);
 
 impl GivenFree {
-    fn free(&self, system: &Compiled) -> PyResult<Free> {
+    pub(crate) fn free(&self, system: &Compiled) -> PyResult<Free> {
         let GivenFree(kind, name, count, (least, most), scale, logarithm) = self;
         let control = || number("control", name, control_names(system)).map(|k| system.control(k));
         let coordinate = || number("coordinate", name, coordinate_names(system)).map(|i| system.coordinate(i));
@@ -226,13 +226,23 @@ impl Problem {
         }
     }
 
-    pub(crate) fn names(&self) -> Vec<String> {
-        let names = |of: &dyn Optimised| (0..of.variables()).map(|i| of.variable_name(i)).collect();
+    fn seen(&self) -> &dyn Optimised {
         match self {
-            Problem::Motion(of) => names(&**of),
-            Problem::Shooting(of) => names(&**of),
-            Problem::Trials(of) => names(of),
+            Problem::Motion(of) => &**of,
+            Problem::Shooting(of) => &**of,
+            Problem::Trials(of) => of,
         }
+    }
+
+    pub(crate) fn names(&self) -> Vec<String> {
+        let of = self.seen();
+        (0..of.variables()).map(|i| of.variable_name(i)).collect()
+    }
+
+    /// Names, lower and upper bounds of the constraints.
+    pub(crate) fn limits(&self) -> Vec<(String, f64, f64)> {
+        let limits = self.seen().constraints().into_iter().enumerate();
+        limits.map(|(j, of)| (self.seen().constraint_name(j), of.least, of.most)).collect()
     }
 }
 

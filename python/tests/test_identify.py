@@ -42,6 +42,11 @@ def test_a_fit_to_a_table(tmp_path):
     # Forty normal deviates less one parameter.
     assert found.degrees_of_freedom == 39 and abs(found.chi_squared - 39) < 3 * np.sqrt(78)
     assert found.chi_squared == pytest.approx(np.sum(found.constraints**2)) and len(found.grid_shifts) == 1 and found.undetermined == []
+    lines = str(found).splitlines()
+    assert "largest violation" not in lines[0] and f"  stiffness = {found.x[0]:.6g} ± {error:.2g}" in lines
+    # The errors for known deviations differ by the factor √(χ²/degrees of freedom) in the part of the noise.
+    shift, scale = found.grid_shifts[0], np.sqrt(found.chi_squared / found.degrees_of_freedom)
+    assert found.absolute_errors[0] == pytest.approx(np.hypot(np.sqrt(error**2 - shift**2) / scale, shift))
     # Residuals by hand.
     motion = ha.simulate(system, found.inputs)
     at = np.searchsorted(motion.times, times - 1e-9)
@@ -86,7 +91,35 @@ def test_undetermined_variables_have_names():
     scene.readings("position", x, [0.5, 1.0, 1.5], [0.54, -0.42, -0.99], deviation=0.01, steps=100, dt=0.02)
     system = scene.compile()
     found = ha.minimise(system, system.at_rest(100, 0.02), [stiffness, idle], method="Levenberg-Marquardt")
-    assert found.undetermined == ["idle"] and found.standard_errors is None
+    assert found.undetermined == ["idle"] and found.standard_errors is None and found.absolute_errors is None
+    assert "do not determine idle" in str(found)
+
+
+def test_errors_of_several_parameters():
+    scene, x, stiffness = oscillator()
+    damping = scene.design("damping", 0.1)
+    scene.force("friction", {x: -damping * x.v})
+    times = np.linspace(0.1, 2.0, 20)
+    scene.readings("position", x, times, measured(lambda t: np.cos(2.0 * t), times, 0.01), deviation=0.01, steps=200, dt=0.01)
+    system = scene.compile()
+    found = ha.minimise(system, system.at_rest(200, 0.01), [stiffness, damping], method="Levenberg-Marquardt")
+    noise = np.linalg.inv(found.jacobian.T @ found.jacobian)
+    assert found.absolute_errors == pytest.approx(np.sqrt(np.diag(noise) + found.grid_shifts**2), rel=1e-6)
+    assert len(str(found).splitlines()) == 3
+    scaled = ha.minimise(
+        system, system.at_rest(200, 0.01), [ha.free(stiffness, logarithm=True, scale=2.0), ha.free(damping, scale=0.1)], method="Levenberg-Marquardt"
+    )
+    assert scaled.x[0] == pytest.approx(np.log(found.x[0] / 2.0), rel=1e-4)
+    assert [line[:15] for line in str(scaled).splitlines()[1:]] == [line[:15] for line in str(found).splitlines()[1:]]
+
+
+def test_as_many_readings_as_parameters():
+    scene, x, stiffness = oscillator()
+    scene.readings("position", x, [0.5], [np.cos(1.0)], deviation=0.01, steps=50, dt=0.01)
+    system = scene.compile()
+    found = ha.minimise(system, system.at_rest(50, 0.01), [stiffness], method="Levenberg-Marquardt")
+    # x = cos(√k t): dx/dk = −t sin(√k t)/(2 √k)
+    assert found.standard_errors is None and found.absolute_errors[0] == pytest.approx(0.01 / (0.5 * np.sin(1.0) / 4.0), rel=1e-3)
 
 
 @pytest.mark.parametrize(

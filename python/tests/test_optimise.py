@@ -7,6 +7,7 @@ import warnings
 import hamiltonian_adjoint as ha
 import numpy as np
 import pytest
+from hamiltonian_adjoint._optimise import SETTINGS
 from scenes import cart_with_links, pushed
 
 
@@ -100,14 +101,70 @@ def test_callbacks_stop_and_raise():
         ha.minimise(system, pushed(system, steps=3000, dt=2.0 / 3000), [force], stationarity=0.0, iterations=10**9)
 
 
+def test_settings_of_the_solver():
+    x, force, mass, position, speed, system, inputs = block()
+    ends = {position: 1.0, speed: 0.0}
+    found = ha.minimise(system, inputs, [force], constraints=ends, settings={"scheme": "ESDIRK4"})
+    same = ha.Problem(system, inputs, [force], constraints=ends, settings={"scheme": "ESDIRK4"}).minimise()
+    other = ha.minimise(system, inputs, [force], constraints=ends)
+    assert found.value == same.value != other.value
+    # The solver has the settings that the messages of optimisers list.
+    with pytest.raises(TypeError) as error:
+        ha.Solver(system, nothing=1)
+    assert str(error.value).endswith(", ".join(SETTINGS))
+
+
+def test_an_optimum_says_what_is_off():
+    x, force, mass, position, speed, system, inputs = block()
+    bounded = {"constraints": {position: 1.0, speed: (-0.1, 0.0)}, "bounds": {force: (-2.0, 2.0)}}
+    found = ha.minimise(system, inputs, [force], **bounded)
+    names = [f"output `{of.name}`" for of in (position, speed)]
+    assert not found.converged and found.limits == [(names[0], 1.0, 1.0), (names[1], -0.1, 0.0)]
+    first, *lines = str(found).splitlines()
+    assert "e0" not in first and "largest violation" in first
+    place, rate = found.constraints
+    assert f"  {names[0]} is {place:.6g} instead of 1, off by {1.0 - place:.2g}" in lines
+    assert f"  {names[1]} is {rate:.6g} instead of 0, off by {rate:.2g}" in lines and rate > 0.0
+    assert "another start, a longer duration, or wider bounds" in lines[-1]
+    early = ha.minimise(system, inputs, [force], constraints={position: 1.0, speed: 0.0}, iterations=0)
+    assert str(early).endswith("allow more `iterations`") and "0 iterations (1 value, " in str(early)
+    done = ha.minimise(system, inputs, [force], constraints={position: 1.0, speed: 0.0})
+    assert done.converged and len(str(done).splitlines()) == 1
+
+
+def test_an_optimum_lists_the_worst_outputs():
+    scene = ha.Scene()
+    x = scene.coordinates("block", ["x"]).x
+    force = scene.control("force")
+    scene.kinetic_energy("motion", 0.5 * x.v**2)
+    scene.force("push", {x: force})
+    for i in range(8):
+        scene.output(f"at {i}", x - float(i), sum="terminal")
+    system = scene.compile()
+    found = ha.minimise(system, system.at_rest(20, 0.05), [force])
+    lines = str(found).splitlines()[1:]
+    worst = [float(line.split("off by ")[1]) for line in lines[:5]]
+    assert worst == sorted(worst, reverse=True) and "… and 3 other outputs" in lines[5] and len(lines) == 7
+
+
 @pytest.mark.parametrize(
     "call, kind, message",
     [
         (lambda s, i, f: ha.minimise(s, i, f), TypeError, "must be a list"),
         (lambda s, i, f: ha.minimise(s, i, [f], method="BFGS"), ha.InputError, "the methods are 'interior point'"),
         (lambda s, i, f: ha.minimise(s, i, ["duratoin"]), TypeError, "'duration' can be free"),
-        (lambda s, i, f: ha.minimise(s, i, [f], bounds={f: 3}, step=1), TypeError, "there is no setting `step`"),
-        (lambda s, i, f: ha.minimise(s, i, [f], bounds={f: (1, 2, 3)}), ha.InputError, "a pair"),
+        (lambda s, i, f: ha.minimise(s, i, [f], step=1), TypeError, "there is no option `step`; options of the methods are iterations,.*; settings of the solver, as .* are scheme,"),
+        (lambda s, i, f: ha.minimise(s, i, [f], max_iterations=3), TypeError, r"a setting of the solver: write settings=\{'max_iterations': …\}; options"),
+        (lambda s, i, f: ha.Problem(s, i, [f]).minimise(tolerance=3), TypeError, "a setting of the solver"),
+        (lambda s, i, f: ha.Problem(s, i, [f]).multi_start([[0.0] * 51], tolerance=3), TypeError, "a setting of the solver"),
+        (lambda s, i, f: ha.Problem(s, i, [f]).homotopy(lambda i, s: None, tolerance=3), TypeError, "a setting of the solver"),
+        (lambda s, i, f: ha.Problem(s, i, [f], settings={"iterations": 3}), TypeError, "an option of the method, not a setting of the solver"),
+        (lambda s, i, f: ha.minimise(s, i, [f], settings={"tolerence": 3}), TypeError, "there is no setting `tolerence`; options of the methods are"),
+        (lambda s, i, f: ha.minimise(s, i, [f], bounds={f: (1, 2, 3)}), ha.InputError, r"bounds of control `force`: bounds are a pair"),
+        (lambda s, i, f: ha.minimise(s, i, [f], bounds={f: 0.1}), ha.InputError, "not 0.1; to keep the quantity at this value, set it in the inputs"),
+        (lambda s, i, f: ha.free(f, within=0.1), ha.InputError, "free control `force`: bounds are a pair"),
+        (lambda s, i, f: ha.minimise(s, i, [f], constraints={"up": (1, 2, 3)}), ha.InputError, "constraint `up`: a number, a pair"),
+        (lambda s, i, f: ha.minimise(s, i, [f], constraints={"up": "no"}), ha.InputError, "constraint `up`: a number, a pair"),
         (lambda s, i, f: ha.minimise(s, i, [f], bounds={"duration": (1, 2)}), ha.InputError, "which is not free"),
         (lambda s, i, f: ha.minimise(s, i, [f], bounds={f: (2, 1)}), ha.InputError, "at least the lower bound"),
         (lambda s, i, f: ha.minimise(s, i, [f], constraints={"height": 0}), ha.InputError, "no output `height`"),

@@ -35,7 +35,7 @@ def test_a_problem_is_a_statement():
     assert pickle.loads(pickle.dumps(problem)).minimise().value == found.value
     with pytest.raises(ha.InputError, match="variables of the start"):
         problem.minimise(start=[1.0])
-    with pytest.raises(TypeError, match="no option `iteration`; the options are iterations, target"):
+    with pytest.raises(TypeError, match="no option `iteration`; options of the methods are iterations, target"):
         problem.minimise(iteration=3)
 
 
@@ -177,7 +177,7 @@ def test_outputs_in_the_cost_of_segments():
         ({"guess": {"cart.x": np.nan}}, ha.InputError, "cart.x"),
         ({"guess": {"force on the cart": 1.0}}, TypeError, "a guess has coordinates and velocities"),
         ({"costs": ["height"]}, ha.InputError, "no output `height`"),
-        ({"free": ["duration"], "segments": 2, "max_halvings": 0}, None, ""),
+        ({"free": ["duration"], "segments": 2, "settings": {"max_halvings": 0}}, None, ""),
     ],
 )
 def test_mistakes(keywords, kind, message):
