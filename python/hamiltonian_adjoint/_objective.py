@@ -2,56 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _bridges
-from ._errors import InputError
+from . import _hamiltonian_adjoint as _core
 from ._expression import Symbol
-from ._free import Free
-from ._solver import Solver
+from ._free import Free, stated
+from ._solver import Solver, _checked
 from ._system import Array, Gradient, Inputs, System, _index
 
 
 class Objective:
-    """J and the outputs as functions of the array x of the values of the free inputs: controls at all nodes, design variables, coordinates or velocities.
+    """J and the outputs as functions of the array x of the values of the free quantities, which are those of `minimise`; `names` are those of x.
 
     `scipy.optimize.minimize(objective, objective.x, jac=True, hessp=objective.hessian_product)`, or
-    `scipy.optimize.least_squares(objective.outputs, objective.x, objective.jacobian)`.
+    `scipy.optimize.least_squares(objective.outputs, objective.x, objective.jacobian)`. Keywords are settings of a Solver.
     """
 
-    def __init__(self, system: System, inputs: Inputs, free: Sequence[Symbol | str], **settings: Any) -> None:
+    def __init__(self, system: System, inputs: Inputs, free: Iterable[Symbol | Free | str], **settings: Any) -> None:
         self.system = system
-        self._inputs = inputs.copy()
-        self._places = [_place(system, symbol) for symbol in free]
-        twice = next((of for i, of in enumerate(self._places) if of in self._places[:i]), None)
-        if twice:
-            raise InputError(f"`free` contains entry {twice[1]} of `{twice[0]}` twice")
+        self._inputs = _checked(inputs, system).copy()
+        self._variables = _core.Variables(system, self._inputs, [of._core for of in stated([_named(system, of) for of in free], None)])
         self._solver = Solver(system, **settings)
         self._last: bytes | None = None
-        self.x: Array = self._flat(self._inputs)
+        self.x: Array = self._variables.of(self._inputs)
+        self.names = self._variables.names
 
-    def _flat(self, of: Inputs | Gradient) -> Array:
-        return np.concatenate([np.ravel(getattr(of, name)[i]) for name, i in self._places] or [np.zeros(0)])
+    def _point(self, x: ArrayLike) -> Array:
+        point = np.asarray(x, dtype=np.float64)
+        if point.shape != self.x.shape:
+            raise ValueError(f"x has the shape {point.shape}, but the free inputs have {self.x.shape}")
+        return point
 
     def inputs(self, x: ArrayLike) -> Inputs:
         """The inputs with these values."""
-        return self._filled(self._inputs.copy(), x)
+        return Inputs._of(self.system, self._variables.apply(self._point(x), self._inputs))
 
-    def _filled(self, inputs: Inputs, x: ArrayLike) -> Inputs:
-        """Writes x into inputs or into a direction."""
-        x = np.asarray(x, dtype=np.float64)
-        if x.shape != self.x.shape:
-            raise ValueError(f"x has the shape {x.shape}, but the free inputs have {self.x.shape}")
-        first = 0
-        for name, i in self._places:
-            count = np.size(getattr(inputs, name)[i])
-            getattr(inputs, name)[i] = x[first : first + count] if name == "controls" else x[first]
-            first += count
-        return inputs
+    def _slope(self, x: ArrayLike, of: Gradient) -> Array:
+        """The derivatives by x from those by the inputs."""
+        return self._variables.pull_back(self._point(x), of)
 
     def _simulate(self, x: ArrayLike) -> None:
         # Optimisers ask for values and derivatives at the same point.
@@ -65,7 +58,7 @@ class Objective:
         """J and its gradient by x."""
         self._simulate(x)
         gradient = self._solver.gradient()
-        return gradient.value, self._flat(gradient)
+        return gradient.value, self._slope(x, gradient)
 
     def value(self, x: ArrayLike) -> float:
         """J."""
@@ -80,28 +73,31 @@ class Objective:
     def jacobian(self, x: ArrayLike) -> Array:
         """The derivatives of all outputs by x, one row for each."""
         self._simulate(x)
-        rows = [self._flat(row) for row in self._solver.jacobian()]
+        rows = [self._slope(x, row) for row in self._solver.jacobian()]
         return np.array(rows).reshape(len(rows), len(self.x))
 
     def hessian_product(self, x: ArrayLike, direction: ArrayLike) -> Array:
         """The product of the Hessian of J with a direction, for example as `hessp` of SciPy."""
         self._simulate(x)
-        self._solver.gradient()
-        return self._hessian_column(direction)
+        gradient = self._solver.gradient()
+        return self._hessian_column(self._point(x), self._slope(x, gradient), self._point(direction))
 
     def hessian(self, x: ArrayLike, cost: float = 1.0, outputs: ArrayLike | None = None) -> Array:
         """The Hessian of w₀ J + Σ w_k r_k with these weights of J and of the outputs r, by default of J. It costs one product for each entry of x."""
-        self.pull_back(x, cost, np.zeros(len(self.system.outputs)) if outputs is None else outputs)
-        columns = [self._hessian_column(unit) for unit in np.eye(len(self.x))]
+        slope = self.pull_back(x, cost, np.zeros(len(self.system.outputs)) if outputs is None else outputs)
+        columns = [self._hessian_column(self._point(x), slope, unit) for unit in np.eye(len(self.x))]
         return np.array(columns).reshape(len(self.x), len(self.x))
 
-    def _hessian_column(self, direction: ArrayLike) -> Array:
-        return self._flat(self._solver.hessian_product(self._filled(self._inputs.no_change(), direction)))
+    def _hessian_column(self, x: Array, slope: Array, direction: Array) -> Array:
+        change = Inputs._of(self.system, self._variables.push_forward(x, direction, self._inputs.no_change()))
+        # The second derivative of a value by its logarithm is the first one.
+        curvature = np.where(self._variables.logarithms, slope * direction, 0.0)
+        return self._slope(x, self._solver.hessian_product(change)) + curvature
 
     def pull_back(self, x: ArrayLike, cost: float, outputs: ArrayLike) -> Array:
         """The gradient of w₀ J + Σ w_k r_k over the outputs r by x, in one backward sweep."""
         self._simulate(x)
-        return self._flat(self._solver.weighted_gradient(cost, np.asarray(outputs, dtype=np.float64)))
+        return self._slope(x, self._solver.weighted_gradient(cost, np.asarray(outputs, dtype=np.float64)))
 
     def for_jax(self) -> Any:
         """J as a function of a JAX array, with its derivative, also under `jax.jit`."""
@@ -124,8 +120,12 @@ class Objective:
         return _bridges.casadi_function(self, name)
 
 
-def _place(system: System, symbol: Any) -> tuple[str, int]:
-    """The list and the number of a free input."""
-    if isinstance(symbol, Free) or symbol == "duration":
-        raise TypeError(f"an Objective has no variable {symbol!r}; give a control, design variable, coordinate or velocity, or state a `Problem`")
-    return _index(system, symbol)
+_LISTS = {"controls": "u", "design": "b", "q": "q"}
+
+
+def _named(system: System, of: Any) -> Any:
+    """The symbol of an input that is given by its name."""
+    if not isinstance(of, str) or of == "duration":
+        return of
+    kind, _ = _index(system, of)
+    return Symbol(_LISTS[kind], of)

@@ -17,6 +17,7 @@ mod robot;
 mod scene;
 mod signals;
 mod solver;
+mod variables;
 
 use pyo3::prelude::*;
 
@@ -28,6 +29,7 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<solver::LongSolver>()?;
     module.add_class::<solver::Motion>()?;
     module.add_class::<mechanics::Mechanics>()?;
+    module.add_class::<variables::Variables>()?;
     module.add_function(wrap_pyfunction!(scene::kinds, module)?)?;
     module.add_function(wrap_pyfunction!(scene::cart_pendulum, module)?)?;
     module.add_function(wrap_pyfunction!(solver::gradients, module)?)?;

@@ -81,6 +81,27 @@ def test_second_derivatives(objective):
     assert np.allclose(objective.pull_back(x, 0.5, weights), slope(x), rtol=1e-12)
 
 
+def test_all_free_quantities_of_minimise():
+    system, inputs, force, mass = slider()
+    inputs[force] = 0.5 + np.sin(inputs.times)
+    free = [ha.free(force, spline=5, scale=2.0), ha.free(mass, logarithm=True), ha.free("duration", logarithm=True)]
+    objective = ha.Objective(system, inputs, free)
+    problem = ha.Problem(system, inputs, free)
+    assert np.array_equal(objective.x, problem.start) and objective.names == problem.names and len(objective.x) == 7
+    x, step = objective.x, 1e-3 * np.cos(np.arange(7.0))
+    assert objective.inputs(x + 0.1)[mass] == pytest.approx(2.0 * np.exp(0.1)) and objective.inputs(x).times[-1] == pytest.approx(1.0)
+
+    def difference(of):
+        return (8 * (of(x + step) - of(x - step)) - (of(x + 2 * step) - of(x - 2 * step))) / 12
+
+    assert objective(x)[1] @ step == pytest.approx(difference(objective.value), rel=1e-8)
+    assert objective.jacobian(x) @ step == pytest.approx(difference(objective.outputs), rel=1e-8)
+    assert objective.hessian_product(x, step) == pytest.approx(difference(lambda x: objective(x)[1]), rel=1e-7)
+    assert objective.hessian(x) @ step == pytest.approx(objective.hessian_product(x, step), rel=1e-12)
+    inner = ha.Objective(system, inputs, [ha.step_length(3)])
+    assert inner.x.tolist() == [0.05] and inner(inner.x)[1][0] == ha.gradient(system, inputs).steps[2]
+
+
 def test_scipy_uses_products_with_the_hessian(objective):
     optimize = pytest.importorskip("scipy.optimize")
     system, inputs, force, _ = slider()
@@ -182,13 +203,15 @@ def test_torch_differentiates(objective):
     assert np.isclose(value.item(), expected**2, rtol=1e-14) and np.allclose(x.grad.numpy(), 4.0 * expected * by_x, rtol=1e-13)
 
 
-def test_variables_that_an_objective_does_not_have():
+def test_mistakes_in_variables():
     system, inputs, force, mass = slider()
-    for of in ("duration", ha.step_length(1), ha.free(force, spline=5)):
-        with pytest.raises(TypeError, match="an Objective has no variable .*; give a control.* or state a `Problem`"):
-            ha.Objective(system, inputs, [mass, of])
-    with pytest.raises(ha.InputError, match="`free` contains entry 0 of `controls` twice"):
+    assert np.array_equal(ha.Objective(system, inputs, ["force", "mass"]).x, ha.Objective(system, inputs, [force, mass]).x)
+    with pytest.raises(ha.Error, match="force"):
         ha.Objective(system, inputs, [force, mass, "force"])
+    with pytest.raises(KeyError, match="forse"):
+        ha.Objective(system, inputs, ["forse"])
+    with pytest.raises(TypeError, match="can be free"):
+        ha.Objective(system, inputs, [force.rate])
 
 
 def test_casadi_goes_on_after_motions_that_fail(capfd):
