@@ -57,6 +57,8 @@ _IN_PYTHON = {
     "`Start::assembled`": "`inputs.assemble()`",
     "`Start::hold`": "`inputs.assemble(coordinate)`",
     "use a `Start` with": "use a start with",
+    ", without costs on du/dt, and not in the paper's equations": ", without costs on rates of controls",
+    "give points with `at`": "give points as `x`",
     "`Gradient::frozen`": "`gradient.frozen`",
     "`Grid::stages`": "`inputs.stages`",
     "`Grid::through`": "`steps_through`",

@@ -51,7 +51,10 @@ def test_what_messages_say_instead():
         ha.minimise(system, inputs, [force], method="L-BFGS")
     with pytest.raises(ha.Error, match="`stationarity` is -1"):
         ha.minimise(system, inputs, [force], stationarity=-1.0)
-    inputs.stages = 0
+    inputs.steps[0] = 0.0
+    with pytest.raises(ha.InputError, match="beside longer ones, without costs on rates of controls$"):
+        ha.simulate(system, inputs)
+    inputs.steps[0], inputs.stages = 0.01, 0
     with pytest.raises(ha.InputError, match="`inputs.stages` is 0"):
         ha.simulate(system, inputs)
 
