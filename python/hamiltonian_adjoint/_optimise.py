@@ -19,7 +19,7 @@ from ._solver import _checked
 from ._system import Array, Inputs, System, _index
 from ._words import counted
 
-METHODS = ("interior point", "L-BFGS", "augmented Lagrangian", "Levenberg-Marquardt")
+METHODS = ("interior point", "L-BFGS", "augmented Lagrangian", "Levenberg-Marquardt", "stages")
 SETTINGS = ("scheme", "tolerance", "max_iterations", "position_tolerance", "velocity_tolerance", "max_halvings", "drift_bound", "rebase_every")
 OPTIONS = ("iterations", "target", "stationarity", "violation", "memory", "first_step")
 _KNOWN = f"options of the methods are {', '.join(OPTIONS)}; settings of the solver, as settings={{…}}, are {', '.join(SETTINGS)}"
@@ -58,8 +58,8 @@ class _Stated:
     ) -> Optimum:
         """Minimises from `start`, by default from the variables of the inputs.
 
-        Methods are 'interior point' (exact products of the Hessian), 'L-BFGS' and 'augmented Lagrangian' (gradients alone), and 'Levenberg-Marquardt'
-        (minimises half the sum of squares of the outputs). `callback(iterate, x)` may return True to stop. With `progress`, a bar by tqdm counts the
+        Methods are 'interior point' (exact products of the Hessian), 'L-BFGS' and 'augmented Lagrangian' (gradients alone), 'Levenberg-Marquardt'
+        (minimises half the sum of squares of the outputs), and for a MultipleShooting 'stages' (segment by segment). `callback(iterate, x)` may return True to stop. With `progress`, a bar by tqdm counts the
         iterates. Options are
 
         - `iterations`: the largest number of iterations, 1000;
@@ -76,14 +76,21 @@ class _Stated:
     def _minimise(self, method: str, start: ArrayLike | None, callback: Callback | None, progress: bool, options: dict[str, Any]) -> Optimum:
         x, options = None if start is None else _point(start), _options(options)
         with with_bar(callback, progress) as watched:
-            return self._optimum(_core.minimise(self, _method(method), x, options, _called(watched)))
+            return self._optimum(_core.minimise(self, self._method(method), x, options, _called(watched)))
 
     def multi_start(self, starts: Iterable[ArrayLike], method: str = "interior point", *, progress: bool = False, **options: Any) -> list[Optimum]:
         """Minimises from many starts on all cores, with the results in the order of the starts; `lowest` chooses the best."""
         points = [_point(start) for start in starts]
-        found = [self._optimum(of) for of in _core.multi_start(self, points, _method(method), _options(options), Bar() if progress else None)]
+        found = [self._optimum(of) for of in _core.multi_start(self, points, self._method(method), _options(options), Bar() if progress else None)]
         warn([warning for of in found for warning in of.warnings])
         return found
+
+    def _method(self, method: str) -> str:
+        if method not in METHODS:
+            raise InputError(f"there is no method '{method}'; the methods are {', '.join(repr(of) for of in METHODS)}")
+        if method == "stages" and self._shooting is None:
+            raise InputError("the method 'stages' is for segments: state the problem as a MultipleShooting")
+        return method
 
     def _optimum(self, attributes: dict[str, Any]) -> Optimum:
         scales = {_VARIABLES[kind].format(name): (scale, is_log) for kind, name, _, _, scale, is_log in self._motions[0]._free if kind in _VARIABLES}
@@ -211,12 +218,6 @@ def _guess(inputs: Inputs, of: Symbol | str, values: ArrayLike) -> tuple[bool, i
     if values.shape not in ((), (nodes,)):
         raise InputError(f"the guess of {of!r} has the shape {values.shape}; a number or {nodes} values, one for each node, are expected")
     return which == "v", i, np.broadcast_to(values, nodes).tolist()
-
-
-def _method(method: str) -> str:
-    if method not in METHODS:
-        raise InputError(f"there is no method '{method}'; the methods are {', '.join(repr(of) for of in METHODS)}")
-    return method
 
 
 def _options(options: dict[str, Any]) -> dict[str, Any]:

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use hamiltonian_adjoint::optimize::{
     self, Fit, Iterate, MotionProblem, Options, Outcome, augmented_lagrangian, interior_point, lbfgs, levenberg_marquardt,
+    stages,
 };
 use hamiltonian_adjoint::{Error, Inputs, System as Compiled};
 use numpy::PyArray1;
@@ -42,11 +43,15 @@ type Solved = (Outcome, Option<Fit>);
 /// Runs the method with a name.
 fn run(
     method: &str,
-    problem: &mut dyn optimize::Problem,
+    problem: &mut Problem,
     start: &[f64],
     options: &Options,
     watch: &mut optimize::Watcher,
 ) -> Result<Solved, Error> {
+    if let ("stages", Problem::Shooting(of)) = (method, &mut *problem) {
+        return Ok((stages(of, start, options, watch)?, None));
+    }
+    let problem = problem.any();
     match method {
         "L-BFGS" => Ok((lbfgs(problem, start, options, watch)?, None)),
         "augmented Lagrangian" => Ok((augmented_lagrangian(problem, start, options, watch)?, None)),
@@ -91,7 +96,7 @@ pub(crate) fn minimise<'py>(
     let (statement, options, signals) = (problem.statement()?, options(given_options)?, Signals::default());
     let mut problem = statement.problem(|| signals.watcher()).map_err(raised)?;
     let (start, mut watch) = (start.unwrap_or_else(|| problem.start()), watcher(&signals, callback));
-    let result = py.detach(|| run(method, problem.any(), &start, &options, &mut watch));
+    let result = py.detach(|| run(method, &mut problem, &start, &options, &mut watch));
     signals.take()?;
     described(py, &statement, &problem, &result.map_err(raised)?)
 }
@@ -118,7 +123,7 @@ pub(crate) fn multi_start<'py>(
     };
     let work = |(problem, stop): &mut (Result<Problem, Error>, Arc<AtomicBool>), start: &Vec<f64>| {
         let problem = problem.as_mut().map_err(|error| error.clone())?;
-        run(method, problem.any(), start, &options, &mut |_, _| stopped(stop))
+        run(method, problem, start, &options, &mut |_, _| stopped(stop))
     };
     let done = on_all_cores(py, &starts, worker, work, (&Bar::new(progress), "starts"))?;
     done.into_iter().map(|solved| described(py, &statement, &known, &solved.map_err(raised)?)).collect()

@@ -151,6 +151,10 @@ def test_multiple_shooting():
     assert problem.start[43:45] == pytest.approx([turn[10], np.pi]) and not problem.start[41:43].any()
     found = problem.minimise(stationarity=1e-5)
     assert found.converged and found.violation < 1e-9 and np.abs(found.inputs.controls).max() <= 80.0
+    by_stages = problem.minimise(method="stages", stationarity=1e-6)
+    assert by_stages.converged and by_stages.value == pytest.approx(found.value, rel=1e-6)
+    with pytest.raises(ha.InputError, match="state the problem as a MultipleShooting"):
+        ha.minimise(system, inputs, [force], method="stages")
     # A single motion differs by the error of the scheme.
     single = ha.Problem(system, found.inputs, [force], constraints={ends[angle][0]: np.pi / 2}).minimise(stationarity=1e-5)
     assert single.converged and single.value == pytest.approx(found.value, rel=0.02)
