@@ -3,7 +3,6 @@
 import pickle
 import signal
 import threading
-import time
 
 import hamiltonian_adjoint as ha
 import numpy as np
@@ -76,10 +75,9 @@ def test_ctrl_c_stops_all_starts():
     system = scene.compile()
     problem = ha.Problem(system, pushed(system, steps=3000, dt=2.0 / 3000), [force])
     threading.Timer(0.2, lambda: signal.raise_signal(signal.SIGINT)).start()
-    began = time.perf_counter()
+    # Without an end if they are not stopped.
     with pytest.raises(KeyboardInterrupt):
         problem.multi_start([np.full(3001, of) for of in np.linspace(5.0, 10.0, 50)], "L-BFGS", stationarity=0.0, iterations=10**9)
-    assert time.perf_counter() - began < 20.0
     with pytest.raises(KeyboardInterrupt):
         threading.Timer(0.2, lambda: signal.raise_signal(signal.SIGINT)).start()
         problem.homotopy(lambda inputs, s: None, stationarity=0.0, iterations=10**9)
