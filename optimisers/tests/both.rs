@@ -411,8 +411,12 @@ fn ipopt_refuses_by_name_what_every_method_refuses() {
     refused(Valley::free(), &Options { stationarity: f64::NAN, ..of }, "`Options::stationarity` is NaN");
     refused(Valley::free(), &Options { violation: -1.0, ..of }, "`Options::violation` is -1");
     let none = Interval::new(2.0, 1.0);
-    refused(Valley::new(vec![Interval::FREE, none], vec![]), &of, "the upper bound of `x1` is 1");
-    refused(Valley::new(vec![Interval::FREE; 2], vec![none]), &of, "the upper bound of constraint 0 is 1");
+    refused(Valley::new(vec![Interval::FREE, none], vec![]), &of, "the upper bound of `x1`, whose lower bound is 2, is 1");
+    refused(
+        Valley::new(vec![Interval::FREE; 2], vec![none]),
+        &of,
+        "the upper bound of constraint 0, whose lower bound is 2, is 1",
+    );
     refused(Valley::new(vec![Interval::at_least(f64::NAN), Interval::FREE], vec![]), &of, "`x0`");
     refused(Valley::new(vec![Interval::FREE; 3], vec![]), &of, "expected 2 entries, found 3");
 }
