@@ -33,7 +33,7 @@ fn made(system: Py<System>, at: Result<ha::Mechanics, Error>, design: &[f64]) ->
 }
 
 impl Mechanics {
-    /// The same state after a change.
+    /// A state of the same system, after a change of this one.
     fn changed(&self, py: Python<'_>, at: Result<ha::Mechanics, Error>, design: &[f64]) -> PyResult<Self> {
         made(self.system.clone_ref(py), at, design)
     }

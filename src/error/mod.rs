@@ -427,9 +427,9 @@ pub enum Error {
     ReadingTime {
         /// The reading.
         reading: String,
-        /// Its time, s.
+        /// The time of the reading, s.
         time: f64,
-        /// Its node.
+        /// The node at which the reading is compared.
         node: usize,
         /// The time of this node, s; `None` if the grid has no such node.
         found: Option<f64>,

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::Problem;
 use super::outcome::{Iterate, Options, Outcome, Reason};
-use super::problem::Interval;
+use super::problem::{Interval, largest_violation};
 use crate::motion::check_size;
 use crate::{Error, Warning};
 
@@ -248,7 +248,7 @@ impl<'p> Counted<'p> {
     }
 
     pub(super) fn violation(&self) -> f64 {
-        self.c.iter().zip(&self.intervals).fold(0.0, |most: f64, (c, of)| most.max(of.violation(*c)))
+        largest_violation(&self.intervals, &self.c)
     }
 
     /// The last evaluated point as an iterate.

@@ -91,6 +91,11 @@ impl Interval {
     }
 }
 
+/// The largest distance of c from its intervals.
+pub(super) fn largest_violation(intervals: &[Interval], c: &[f64]) -> f64 {
+    intervals.iter().zip(c).fold(0.0, |most: f64, (of, c)| most.max(of.violation(*c)))
+}
+
 /// An optimisation problem: minimise f(x) subject to l ≤ x ≤ u and l_c ≤ c(x) ≤ u_c.
 ///
 /// It can be solved by the methods of this module or by any other optimiser:

@@ -12,7 +12,7 @@ mod search;
 mod shooting;
 
 use super::multiple_shooting::MultipleShooting;
-use super::problem::Problem;
+use super::problem::{Problem, largest_violation};
 use super::{Options, Outcome, Reason, Watcher};
 use crate::Error;
 use method::Method;
@@ -63,7 +63,7 @@ pub fn stages(
     let mut constraints = vec![f64::INFINITY; intervals.len()];
     // The problem is left with the motion of the solution.
     let value = problem.evaluate(&x, &mut constraints).unwrap_or(f64::INFINITY);
-    let violation = intervals.iter().zip(&constraints).fold(0.0f64, |most, (of, c)| most.max(of.violation(*c)));
+    let violation = largest_violation(&intervals, &constraints);
     let Run { history, failures, first_failure, halved, .. } = run;
     Ok(Outcome {
         x,

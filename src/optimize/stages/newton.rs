@@ -51,15 +51,15 @@ impl Newton<'_> {
         let curvature = |i: usize| self.kkt.curvature[method.slack(i)];
         let slopes = |i: usize| gradient[method.slack(i)] + curvature(i) * residual(i);
         let mut sides = method.sides(&self.factors, &gradient, slopes);
-        sides.defects.clone_from_slice(&residuals.defects);
+        sides.residuals.defects.clone_from_slice(&residuals.defects);
         for (k, equalities) in method.equalities.iter().enumerate() {
-            sides.rows[k].iter_mut().zip(equalities).for_each(|(e, &row)| *e = residuals.rows[k][row]);
+            sides.residuals.rows[k].iter_mut().zip(equalities).for_each(|(e, &row)| *e = residuals.rows[k][row]);
         }
         let direction = self.factors.solve(&sides);
         let slacks: Vec<f64> = (0..method.inequalities.len()).map(|i| method.change(&direction, i) + residual(i)).collect();
         let rows = method.all_rows(&direction, |i| curvature(i) * slacks[i] + gradient[method.slack(i)]);
         let y = direction.v.iter().flat_map(|v| v.iter().copied()).chain(slacks.iter().copied()).collect();
-        Step { y, multipliers: Multipliers { costates: direction.costates, rows } }
+        Step { y, multipliers: Multipliers { costates: direction.multipliers.costates, rows } }
     }
 }
 
@@ -132,7 +132,7 @@ impl Method<'_> {
         let slope = |i: usize| gradient[self.slack(i)];
         let direction = factors.solve(&self.sides(&factors, &gradient, slope));
         let rows = self.all_rows(&direction, |i| slope(i) + self.change(&direction, i));
-        let estimated = Multipliers { costates: direction.costates, rows };
+        let estimated = Multipliers { costates: direction.multipliers.costates, rows };
         if estimated.largest() < LARGE {
             self.multipliers = estimated;
         }
@@ -164,7 +164,7 @@ impl Method<'_> {
     fn all_rows(&self, direction: &Direction, of_inequality: impl Fn(usize) -> f64) -> Vec<DVector<f64>> {
         let mut all = Multipliers::zeros(self.problem.shape()).rows;
         for (k, rows) in self.equalities.iter().enumerate() {
-            rows.iter().zip(direction.rows[k].iter()).for_each(|(&row, x)| all[k][row] = *x);
+            rows.iter().zip(direction.multipliers.rows[k].iter()).for_each(|(&row, x)| all[k][row] = *x);
         }
         for (i, at) in self.inequalities.iter().enumerate() {
             all[at.stage][at.row] = of_inequality(i);

@@ -11,6 +11,8 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use super::problem::{Multipliers, Residuals};
+
 /// Weight ρ of the rows C in the recursion; the solution does not depend on it.
 const ROWS: f64 = 1e3;
 /// The Schur complement of rows that depend on each other is singular; this fraction of its largest entry is added to its diagonal.
@@ -28,33 +30,17 @@ pub(super) struct Blocks {
     pub shifted: DVector<f64>,
 }
 
-/// The right-hand sides, or the residuals, of all stages.
+/// The right-hand sides, or the residuals, of all stages: g_k, and d_k and e_k.
 #[derive(Clone)]
 pub(super) struct Sides {
-    /// g_k.
     pub gradients: Vec<DVector<f64>>,
-    /// d_k.
-    pub defects: Vec<DVector<f64>>,
-    /// e_k.
-    pub rows: Vec<DVector<f64>>,
+    pub residuals: Residuals,
 }
 
-/// The solution: v, and the multipliers of the dynamics and of the rows.
-#[derive(Clone)]
+/// The solution: v, and the multipliers of the dynamics and of the rows C.
 pub(super) struct Direction {
     pub v: Vec<DVector<f64>>,
-    /// Multiplier of s_{k+1} = D_k v_k + d_k, for k = 0 … K − 1.
-    pub costates: Vec<DVector<f64>>,
-    pub rows: Vec<DVector<f64>>,
-}
-
-impl Direction {
-    fn add(&mut self, other: &Direction) {
-        let all = |of: &mut Vec<DVector<f64>>, by: &[DVector<f64>]| of.iter_mut().zip(by).for_each(|(x, y)| *x += y);
-        all(&mut self.v, &other.v);
-        all(&mut self.costates, &other.costates);
-        all(&mut self.rows, &other.rows);
-    }
+    pub multipliers: Multipliers,
 }
 
 /// Factors of one stage.
@@ -139,34 +125,37 @@ impl<'b> Factors<'b> {
         let of = |size: fn(&Blocks) -> usize| self.blocks.iter().map(|of| DVector::zeros(size(of))).collect::<Vec<_>>();
         let mut defects = of(|of| of.dynamics.nrows());
         defects.pop();
-        Sides { gradients: of(|of| of.hessian.nrows()), defects, rows: of(|of| of.rows.nrows()) }
+        Sides { gradients: of(|of| of.hessian.nrows()), residuals: Residuals { defects, rows: of(|of| of.rows.nrows()) } }
     }
 
     /// The direction for these right-hand sides, refined once.
     pub(super) fn solve(&self, sides: &Sides) -> Direction {
         let mut direction = self.solve_once(sides);
         let correction = self.solve_once(&self.residuals(sides, &direction));
-        direction.add(&correction);
+        direction.v.iter_mut().zip(&correction.v).for_each(|(v, by)| *v += by);
+        direction.multipliers.add(1.0, &correction.multipliers);
         direction
     }
 
     fn solve_once(&self, sides: &Sides) -> Direction {
         let mut of = sides.clone();
-        for ((g, e), block) in of.gradients.iter_mut().zip(&sides.rows).zip(self.blocks) {
+        for ((g, e), block) in of.gradients.iter_mut().zip(&sides.residuals.rows).zip(self.blocks) {
             g.gemv_tr(ROWS, &block.rows, e, 1.0);
         }
         let Some(schur) = &self.rows else { return self.sweep(&of) };
         let mut missing = self.rows_times(&self.sweep(&of).v);
-        missing += DVector::from_iterator(missing.len(), sides.rows.iter().flat_map(|e| e.iter().copied()));
+        missing += DVector::from_iterator(missing.len(), sides.residuals.rows.iter().flat_map(|e| e.iter().copied()));
         schur.solve_mut(&mut missing);
-        let (mut first, mut multipliers) = (0, Vec::with_capacity(self.blocks.len()));
+        let (mut first, mut rows) = (0, Vec::with_capacity(self.blocks.len()));
         for (g, block) in of.gradients.iter_mut().zip(self.blocks) {
             let own = missing.rows(first, block.rows.nrows()).into_owned();
             g.gemv_tr(1.0, &block.rows, &own, 1.0);
             first += own.len();
-            multipliers.push(own);
+            rows.push(own);
         }
-        Direction { rows: multipliers, ..self.sweep(&of) }
+        let mut direction = self.sweep(&of);
+        direction.multipliers.rows = rows;
+        direction
     }
 
     /// The minimum without the rows C but with their weight: backwards for the linear terms, forwards for v.
@@ -177,7 +166,7 @@ impl<'b> Factors<'b> {
         for k in (0..end).rev() {
             let (Stage { own, coupling }, next) = (&self.stages[k], &linear[linear.len() - 1]);
             let states = coupling.ncols();
-            let ahead = next + &self.values[k] * &sides.defects[k];
+            let ahead = next + &self.values[k] * &sides.residuals.defects[k];
             let q = &sides.gradients[k] + self.blocks[k].dynamics.tr_mul(&ahead);
             let mut step = q.rows(states, q.len() - states).into_owned();
             own.l_dirty().solve_lower_triangular_mut(&mut step);
@@ -198,12 +187,12 @@ impl<'b> Factors<'b> {
             let mut w = -(&steps[k] + coupling * &s);
             own.l_dirty().tr_solve_lower_triangular_mut(&mut w);
             let v = DVector::from_iterator(s.len() + w.len(), s.iter().chain(w.iter()).copied());
-            s = &self.blocks[k].dynamics * &v + &sides.defects[k];
+            s = &self.blocks[k].dynamics * &v + &sides.residuals.defects[k];
             costates.push(&self.values[k] * &s + &linear[k + 1]);
             all.push(v);
         }
         all.push(s);
-        Direction { v: all, costates, rows: self.zero().rows }
+        Direction { v: all, multipliers: Multipliers { costates, rows: self.zero().residuals.rows } }
     }
 
     /// C v of all stages.
@@ -215,19 +204,19 @@ impl<'b> Factors<'b> {
 
     /// Residuals of all equations of a direction.
     pub(super) fn residuals(&self, sides: &Sides, of: &Direction) -> Sides {
-        let mut left = sides.clone();
+        let (mut left, Multipliers { costates, rows }) = (sides.clone(), &of.multipliers);
         for (k, block) in self.blocks.iter().enumerate() {
             let (v, g) = (&of.v[k], &mut left.gradients[k]);
             g.gemv(1.0, &block.hessian, v, 1.0);
             *g += self.shift * block.shifted.component_mul(v);
-            g.gemv_tr(1.0, &block.rows, &of.rows[k], 1.0);
-            if let Some(costate) = of.costates.get(k) {
+            g.gemv_tr(1.0, &block.rows, &rows[k], 1.0);
+            if let Some(costate) = costates.get(k) {
                 g.gemv_tr(1.0, &block.dynamics, costate, 1.0);
-                left.defects[k] += &block.dynamics * v - of.v[k + 1].rows(0, costate.len());
+                left.residuals.defects[k] += &block.dynamics * v - of.v[k + 1].rows(0, costate.len());
             }
             match k.checked_sub(1) {
                 Some(before) => {
-                    let costate = &of.costates[before];
+                    let costate = &costates[before];
                     let mut states = g.rows_mut(0, costate.len());
                     states -= costate;
                 }
@@ -236,7 +225,7 @@ impl<'b> Factors<'b> {
                     (0..states).filter(|i| !self.free.contains(i)).for_each(|i| g[i] = 0.0);
                 }
             }
-            left.rows[k] += &block.rows * v;
+            left.residuals.rows[k] += &block.rows * v;
         }
         left
     }
@@ -281,9 +270,9 @@ mod tests {
                 row += block.nrows();
             };
             if k + 1 < blocks.len() {
-                add(&of.dynamics, &sides.defects[k], Some(at(k + 1)));
+                add(&of.dynamics, &sides.residuals.defects[k], Some(at(k + 1)));
             }
-            add(&of.rows, &sides.rows[k], None);
+            add(&of.rows, &sides.residuals.rows[k], None);
         }
         for i in fixed {
             (matrix[(row, i)], matrix[(i, row)]) = (1.0, 1.0);
@@ -316,15 +305,15 @@ mod tests {
         let free = [1, 3];
         let factors = Factors::new(&blocks, &free, 0.3).expect("convex");
         let mut sides = factors.zero();
-        for part in [&mut sides.gradients, &mut sides.defects, &mut sides.rows] {
+        for part in [&mut sides.gradients, &mut sides.residuals.defects, &mut sides.residuals.rows] {
             part.iter_mut().for_each(|of| *of = matrix(of.len(), 1).column(0).into_owned());
         }
         let found = factors.solve(&sides);
         let exact = dense(&blocks, &free, 0.3, &sides);
         let v: Vec<f64> = found.v.iter().flat_map(|v| v.iter().copied()).collect();
         let multipliers = (0..5).flat_map(|k| {
-            let costates = found.costates.get(k).map_or(&[][..], |of| of.as_slice());
-            costates.iter().chain(found.rows[k].as_slice()).copied().collect::<Vec<_>>()
+            let costates = found.multipliers.costates.get(k).map_or(&[][..], |of| of.as_slice());
+            costates.iter().chain(found.multipliers.rows[k].as_slice()).copied().collect::<Vec<_>>()
         });
         let all = v.into_iter().chain(multipliers);
         all.zip(exact.iter()).for_each(|(x, y)| assert!((x - y).abs() < 1e-9 * exact.amax(), "{x} {y}"));

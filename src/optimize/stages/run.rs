@@ -135,7 +135,7 @@ impl<'o, 'w> Run<'o, 'w> {
     fn next(&mut self, method: &mut Method<'_>, newton: &Newton<'_>, filter: &mut Filter) -> Option<Trial> {
         let residuals = method.residuals(&method.y, &method.values);
         let before = method.pair(&method.y, &method.values);
-        let step = match search(self, method, newton, filter, &residuals) {
+        let step = match search(self, method, newton, filter, (before, &residuals)) {
             Ok(found) => {
                 self.failed = 0;
                 if found.accepted == Accepted::Filtered {

@@ -43,9 +43,8 @@ pub(super) fn search(
     method: &mut Method<'_>,
     newton: &Newton<'_>,
     filter: &Filter,
-    residuals: &Residuals,
+    (before, residuals): (Pair, &Residuals),
 ) -> Result<Trial, Step> {
-    let before = method.pair(&method.y, &method.values);
     let mut step = newton.step(method, residuals);
     let slope = method.slope(&step);
     let mut fraction = 1.0;

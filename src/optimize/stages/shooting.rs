@@ -52,6 +52,9 @@ impl<'p> Segments<'p> {
     /// # Errors
     /// A point without values.
     pub(super) fn with_sums(&mut self, v: &mut [DVector<f64>]) -> Result<(), Error> {
+        if self.at.ends.is_empty() {
+            return Ok(());
+        }
         let values = self.evaluate(v)?;
         for &(at, _) in &self.at.ends {
             let mut sum = 0.0;
