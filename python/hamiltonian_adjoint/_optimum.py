@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -54,7 +53,8 @@ class Optimum:
 
     - `chi_squared`, `degrees_of_freedom`: the sum of squares of the residuals, and their number minus that of the variables;
     - `standard_errors`, `covariance` of the variables: the residuals themselves determine the scatter of the readings, χ²/degrees of freedom;
-    - `absolute_errors`: standard errors for deviations of the readings that are known;
+    - `absolute_errors`: standard errors for deviations of the readings that are known, √diag((AᵀA)⁻¹ + δ δᵀ) with the `jacobian` A and the
+      `grid_shifts` δ; `standard_errors` have s² (AᵀA)⁻¹ instead, with s² = χ²/degrees of freedom;
     - `grid_shifts`: estimated changes of the variables if steps became infinitely short, included in both kinds of errors;
     - `undetermined`: the variables without effect; `jacobian`: the derivatives of the residuals by the variables.
     """
@@ -79,6 +79,7 @@ class Optimum:
     warnings: list[tuple[str, str]]
     first_failure: str | None
     standard_errors: Array | None
+    absolute_errors: Array | None
     covariance: Array | None
     chi_squared: float | None
     degrees_of_freedom: int | None
@@ -93,19 +94,6 @@ class Optimum:
         self.trials = [Inputs._of(system, inputs) for system, inputs in zip(systems, attributes["inputs"])]
         self.inputs = self.trials[0]
         self.history = [Iterate(*of) for of in attributes["history"]]
-
-    @cached_property
-    def absolute_errors(self) -> Array | None:
-        """Standard errors of the variables if the given deviations are those of the readings: √diag((AᵀA)⁻¹ + δ δᵀ), with the Jacobian A and the shifts δ by
-        the grid. `standard_errors` have s² (AᵀA)⁻¹ instead, with s² = χ²/degrees of freedom.
-        """
-        if self.jacobian is None or self.undetermined:
-            return None
-        # Columns of length 1, because AᵀA would square the condition number.
-        lengths = np.linalg.norm(self.jacobian, axis=0)
-        _, values, v = np.linalg.svd(self.jacobian / lengths, full_matrices=False)
-        noise = np.linalg.norm(v / values[:, None], axis=0) / lengths
-        return noise if self.grid_shifts is None else np.hypot(noise, self.grid_shifts)
 
     def plot(self, ax: Any = None) -> Any:
         """Draws value, violation and stationarity of all iterates by matplotlib. Returns an array of two axes."""

@@ -207,6 +207,7 @@ fn described<'py>(
     all.set_item("first_failure", outcome.first_failure.as_ref().map(|error| in_python(&error.to_string())))?;
     let columns = |of: nalgebra::DMatrix<f64>| matrix(py, &of, of.ncols());
     all.set_item("standard_errors", fit.and_then(Fit::standard_errors).map(|errors| vector(py, &errors)))?;
+    all.set_item("absolute_errors", fit.and_then(Fit::absolute_errors).map(|errors| vector(py, &errors)))?;
     all.set_item("jacobian", fit.map(|fit| columns(fit.jacobian.clone())).transpose()?)?;
     all.set_item("covariance", fit.and_then(Fit::covariance).map(columns).transpose()?)?;
     all.set_item("chi_squared", fit.map(Fit::chi_squared))?;

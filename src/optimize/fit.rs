@@ -72,7 +72,13 @@ impl Fit {
     /// `None` if there are not more residuals than variables, or if the residuals do not determine all variables
     /// ([`undetermined`](Self::undetermined)).
     pub fn covariance(&self) -> Option<DMatrix<f64>> {
-        self.root().map(|root| root.tr_mul(&root))
+        self.root(self.scatter()?).map(|root| root.tr_mul(&root))
+    }
+
+    /// s = ‖r‖/√(residuals − variables), the standard deviation of the residuals; `None` if there are not more residuals than variables.
+    fn scatter(&self) -> Option<f64> {
+        let freedom = Some(self.degrees_of_freedom()).filter(|freedom| *freedom > 0)?;
+        Some((self.chi_squared() / freedom as f64).sqrt())
     }
 
     /// Estimated changes of the variables if the steps became infinitely short: −(AᵀA)⁻¹Aᵀe, a Gauss–Newton step with the
@@ -86,9 +92,9 @@ impl Fit {
         Some(step.iter().zip(&lengths).map(|(step, length)| -step / length).collect())
     }
 
-    /// A matrix R with the covariance RᵀR; the lengths of its columns are the standard errors.
-    fn root(&self) -> Option<DMatrix<f64>> {
-        let root = self.root_of_noise()?;
+    /// A matrix R with the covariance RᵀR for residuals of a standard deviation; the lengths of its columns are the standard errors.
+    fn root(&self, deviation: f64) -> Option<DMatrix<f64>> {
+        let root = self.root_of_noise(deviation)?;
         Some(match self.grid_shifts() {
             Some(shifts) => DMatrix::from_fn(root.nrows() + 1, root.ncols(), |i, j| *root.get((i, j)).unwrap_or(&shifts[j])),
             None => root,
@@ -96,19 +102,18 @@ impl Fit {
     }
 
     /// The part of this matrix that comes from the noise of the residuals.
-    fn root_of_noise(&self) -> Option<DMatrix<f64>> {
-        let freedom = Some(self.degrees_of_freedom()).filter(|freedom| *freedom > 0)?;
+    fn root_of_noise(&self, deviation: f64) -> Option<DMatrix<f64>> {
         if self.jacobian.ncols() == 0 {
             return Some(DMatrix::zeros(0, 0));
         }
         let (SVD { singular_values: values, v_t, .. }, lengths) = self.determined()?;
-        let (v, deviation) = (v_t?, (self.chi_squared() / freedom as f64).sqrt());
+        let v = v_t?;
         Some(DMatrix::from_fn(v.nrows(), v.ncols(), |i, j| deviation / lengths[j] * (v[(i, j)] / values[i])))
     }
 
     /// A warning if the grid shifts variables by more than a share of the standard errors that follow from noise: the one it shifts most.
     pub(super) fn warning(&self, name: impl Fn(usize) -> String) -> Option<Warning> {
-        let (shifts, noise) = (self.grid_shifts()?, lengths(&self.root_of_noise()?));
+        let (shifts, noise) = (self.grid_shifts()?, lengths(&self.root_of_noise(self.scatter()?)?));
         let all = shifts.into_iter().zip(noise).enumerate();
         let (i, (shift, noise)) = all
             .filter(|(_, (shift, noise))| shift.abs() > Warning::GRID_SHIFT * noise)
@@ -150,7 +155,13 @@ impl Fit {
     /// Standard errors of the variables: square roots of the diagonal of the covariance. They include the shift that the grid causes, and
     /// [`Warning::GridShift`] says where it matters.
     pub fn standard_errors(&self) -> Option<Vec<f64>> {
-        self.root().map(|root| lengths(&root))
+        self.root(self.scatter()?).map(|root| lengths(&root))
+    }
+
+    /// Standard errors of the variables if the standard deviation of every residual is 1, because the weights are 1/σ with the known standard deviations σ
+    /// of the readings: √diag((AᵀA)⁻¹ + δ δᵀ). They need only as many residuals as variables, and do not scatter with χ².
+    pub fn absolute_errors(&self) -> Option<Vec<f64>> {
+        self.root(1.0).map(|root| lengths(&root))
     }
 }
 

@@ -197,6 +197,9 @@ fn a_fit_says_how_well_its_variables_are_known() {
     for i in 0..2 {
         assert!((errors[i] - normal[(i, i)].sqrt()).abs() < 1e-10 * errors[i]);
     }
+    let absolute = fit.absolute_errors().expect("determined");
+    let scatter = (fit.chi_squared() / fit.degrees_of_freedom() as f64).sqrt();
+    assert!(errors.iter().zip(&absolute).all(|(error, absolute)| (error - scatter * absolute).abs() < 1e-14 * error));
     assert!((fit.outcome.x[0] - 2.0).abs() < 0.05 && (fit.outcome.x[1] + 1.0).abs() < 0.05, "{:?}", fit.outcome.x);
 }
 
