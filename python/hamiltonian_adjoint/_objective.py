@@ -29,6 +29,8 @@ class Objective:
         self._variables = _core.Variables(system, self._inputs, [of._core for of in stated([_named(system, of) for of in free], None)])
         self._solver = Solver(system, **settings)
         self._last: bytes | None = None
+        # The gradient of J, if the solver's last backward sweep computed it at this point.
+        self._swept: Gradient | None = None
         self.x: Array = self._variables.of(self._inputs)
         self.names = self._variables.names
 
@@ -50,14 +52,20 @@ class Objective:
         # Optimisers ask for values and derivatives at the same point.
         key = np.asarray(x, dtype=np.float64).tobytes()
         if key != self._last:
-            self._last = None
+            self._last = self._swept = None
             self._solver.simulate(self.inputs(x))
             self._last = key
 
+    def _gradient(self, x: ArrayLike) -> Gradient:
+        """J and its derivatives by the inputs; products of the Hessian then belong to J."""
+        self._simulate(x)
+        if self._swept is None:
+            self._swept = self._solver.gradient()
+        return self._swept
+
     def __call__(self, x: ArrayLike) -> tuple[float, Array]:
         """J and its gradient by x."""
-        self._simulate(x)
-        gradient = self._solver.gradient()
+        gradient = self._gradient(x)
         return gradient.value, self._slope(x, gradient)
 
     def value(self, x: ArrayLike) -> float:
@@ -73,14 +81,14 @@ class Objective:
     def jacobian(self, x: ArrayLike) -> Array:
         """The derivatives of all outputs by x, one row for each."""
         self._simulate(x)
+        self._swept = None
         rows = [self._slope(x, row) for row in self._solver.jacobian()]
         return np.array(rows).reshape(len(rows), len(self.x))
 
     def hessian_product(self, x: ArrayLike, direction: ArrayLike) -> Array:
         """The product of the Hessian of J with a direction, for example as `hessp` of SciPy."""
-        self._simulate(x)
-        gradient = self._solver.gradient()
-        return self._hessian_column(self._point(x), self._slope(x, gradient), self._point(direction))
+        slope = self._slope(x, self._gradient(x))
+        return self._hessian_column(self._point(x), slope, self._point(direction))
 
     def hessian(self, x: ArrayLike, cost: float = 1.0, outputs: ArrayLike | None = None) -> Array:
         """The Hessian of w₀ J + Σ w_k r_k with these weights of J and of the outputs r, by default of J. It costs one product for each entry of x."""
@@ -90,13 +98,12 @@ class Objective:
 
     def _hessian_column(self, x: Array, slope: Array, direction: Array) -> Array:
         change = Inputs._of(self.system, self._variables.push_forward(x, direction, self._inputs.no_change()))
-        # The second derivative of a value by its logarithm is the first one.
-        curvature = np.where(self._variables.logarithms, slope * direction, 0.0)
-        return self._slope(x, self._solver.hessian_product(change)) + curvature
+        return self._variables.product(x, slope, direction, self._solver.hessian_product(change))
 
     def pull_back(self, x: ArrayLike, cost: float, outputs: ArrayLike) -> Array:
         """The gradient of w₀ J + Σ w_k r_k over the outputs r by x, in one backward sweep."""
         self._simulate(x)
+        self._swept = None
         return self._slope(x, self._solver.weighted_gradient(cost, np.asarray(outputs, dtype=np.float64)))
 
     def for_jax(self) -> Any:

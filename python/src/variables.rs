@@ -43,8 +43,6 @@ impl GivenGradient<'_> {
 pub(crate) struct Variables {
     system: Py<System>,
     variables: optimize::Variables,
-    /// True for the variables that are logarithms.
-    logarithms: Vec<bool>,
 }
 
 #[pymethods]
@@ -54,24 +52,13 @@ impl Variables {
         let of = &system.get().system;
         let inputs = inputs.inputs(of)?;
         let quantities = free.iter().map(|free| free.free(of)).collect::<PyResult<Vec<_>>>()?;
-        let variables = optimize::Variables::new(of, &inputs, quantities.clone()).map_err(raised)?;
-        let mut logarithms = Vec::new();
-        for free in quantities {
-            let is_logarithm = free.logarithm;
-            let count = optimize::Variables::new(of, &inputs, vec![free]).map_err(raised)?.len();
-            logarithms.resize(logarithms.len() + count, is_logarithm);
-        }
-        Ok(Variables { variables, logarithms, system })
+        let variables = optimize::Variables::new(of, &inputs, quantities).map_err(raised)?;
+        Ok(Variables { variables, system })
     }
 
     #[getter]
     fn names(&self) -> Vec<String> {
         (0..self.variables.len()).map(|i| self.variables.name(i).to_string()).collect()
-    }
-
-    #[getter]
-    fn logarithms(&self) -> Vec<bool> {
-        self.logarithms.clone()
     }
 
     /// The variables of inputs.
@@ -103,8 +90,28 @@ impl Variables {
 
     /// The derivatives by the variables.
     fn pull_back<'py>(&self, py: Python<'py>, x: Vec<f64>, of: GivenGradient<'py>) -> Bound<'py, PyArray1<f64>> {
+        vector(py, &self.pulled_back(&x, &of))
+    }
+
+    /// The product of a Hessian with a direction by the variables, from that by the inputs and the gradient by the variables.
+    fn product<'py>(
+        &self,
+        py: Python<'py>,
+        x: Vec<f64>,
+        gradient: Vec<f64>,
+        direction: Vec<f64>,
+        of: GivenGradient<'py>,
+    ) -> Bound<'py, PyArray1<f64>> {
+        let mut product = self.pulled_back(&x, &of);
+        self.variables.add_curvature(&direction, &gradient, &mut product);
+        vector(py, &product)
+    }
+}
+
+impl Variables {
+    fn pulled_back(&self, x: &[f64], of: &GivenGradient<'_>) -> Vec<f64> {
         let mut gradient = vec![0.0; self.variables.len()];
-        self.variables.pull_back(&x, &of.gradient(), &mut gradient);
-        vector(py, &gradient)
+        self.variables.pull_back(x, &of.gradient(), &mut gradient);
+        gradient
     }
 }

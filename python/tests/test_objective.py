@@ -81,6 +81,18 @@ def test_second_derivatives(objective):
     assert np.allclose(objective.pull_back(x, 0.5, weights), slope(x), rtol=1e-12)
 
 
+def test_products_are_those_of_j_after_other_sweeps(objective):
+    x, direction = objective.x, np.linspace(-1.0, 1.0, len(objective.x))
+    product = objective.hessian_product(x, direction)
+    assert np.abs(product).max() > 0.0
+    for other in (objective.jacobian, objective.outputs, objective.hessian, lambda x: objective.pull_back(x, 0.0, [1.0] * len(objective.outputs(x)))):
+        other(x)
+        assert objective.hessian_product(x, direction) == pytest.approx(product, rel=1e-12, abs=1e-12 * np.abs(product).max())
+        other(x)
+        assert objective(x)[1] == pytest.approx(objective.pull_back(x, 1.0, [0.0] * len(objective.outputs(x))))
+    assert objective.hessian_product(x + 0.1, direction) != pytest.approx(product)
+
+
 def test_all_free_quantities_of_minimise():
     system, inputs, force, mass = slider()
     inputs[force] = 0.5 + np.sin(inputs.times)

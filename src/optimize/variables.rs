@@ -221,8 +221,12 @@ impl Variables {
         self.set(change, |free, i| free.slope(x[i]) * direction[i]);
     }
 
-    /// Adds the contribution of logarithmic variables to a Hessian product: their d²value/dx² equals the slope.
-    pub(super) fn add_curvature(&self, direction: &[f64], gradient: &[f64], product: &mut [f64]) {
+    /// Adds to the product of a Hessian with a direction the part that logarithmic variables contribute: their d²value/dx² equals their slope, so that it is
+    /// dJ/dx times the direction.
+    ///
+    /// # Panics
+    /// If there are fewer numbers than variables.
+    pub fn add_curvature(&self, direction: &[f64], gradient: &[f64], product: &mut [f64]) {
         for (_, range) in self.parts().filter(|(free, _)| free.logarithm) {
             range.for_each(|i| product[i] += gradient[i] * direction[i]);
         }
