@@ -6,6 +6,7 @@ import json
 import os
 from functools import cached_property
 from typing import Any
+from weakref import WeakSet
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -59,14 +60,27 @@ class System(_core.System):
 
     @cached_property
     def _has_result(self) -> bool:
-        return bool(self.outputs) or any(json.loads(part)["kind"] in _COSTS for part in self.parts)
+        return bool(self.outputs) or any(kind in _COSTS for kind, _ in self._kinds_and_names)
+
+    @cached_property
+    def _kinds_and_names(self) -> list[tuple[str, str]]:
+        return _kinds_and_names(self.parts)
+
+    @cached_property
+    def _alike(self) -> WeakSet[Scene]:
+        """Other scenes that begin with parts of the same kinds and names: they are read once, not for each key."""
+        return WeakSet()
 
     def _check_scene(self, symbol: Symbol) -> None:
         """Raises a SceneError if a handle belongs to a scene whose parts have other kinds or names than those of the system."""
-        if symbol.scene is None or self._source is None or symbol.scene is self._source:
+        scene, own = symbol.scene, self._kinds_and_names
+        if scene is None or self._source is None or scene is self._source or scene in self._alike:
             return
-        own, other = ([(part["kind"], part["name"]) for part in map(json.loads, parts)] for parts in (self.parts, symbol.scene._core.parts))
-        if any(a != b for a, b in zip(own, other)):
+        other = _kinds_and_names(scene._core.parts)
+        # Scenes grow at their ends.
+        if len(other) >= len(own) and other[: len(own)] == own:
+            self._alike.add(scene)
+        elif any(a != b for a, b in zip(own, other)):
             raise SceneError(f"`{symbol.label}` belongs to another scene; use handles of the scene that was compiled")
 
     def _later(self, name: str, scene: Scene | None) -> str:
@@ -78,6 +92,10 @@ class System(_core.System):
     def __repr__(self) -> str:
         numbers = {"coordinate": self.n, "constraint equation": self.m, "control": self.k, "design variable": len(self.designs)}
         return f"<system of {', '.join(counted(number, noun) for noun, number in numbers.items())}>"
+
+
+def _kinds_and_names(parts: list[str]) -> list[tuple[str, str]]:
+    return [(part["kind"], part["name"]) for part in map(json.loads, parts)]
 
 
 def _compiled(parts: list[str]) -> System:
