@@ -58,3 +58,23 @@ def differences(f, x, h=1e-5):
         e[i] = h
         gradient[i] = (8 * (f(x + e) - f(x - e)) - (f(x + 2 * e) - f(x - 2 * e))) / (12 * h)
     return gradient
+
+
+def block_on_a_spring():
+    """A block of 1 kg that begins at 1 m on a spring, and the stiffness of the spring with a guess."""
+    scene = ha.Scene()
+    x = scene.coordinates("block", ["x"], [1.0]).x
+    stiffness = scene.design("stiffness", 3.0)
+    scene.kinetic_energy("motion", 0.5 * x.v**2)
+    scene.potential_energy("spring", 0.5 * stiffness * x**2)
+    return scene, x, stiffness
+
+
+def rope_of_a_design():
+    """A point on a rope whose length is a design variable: changes of it violate the start."""
+    scene = ha.Scene()
+    arm = scene.design("arm", 1.0)
+    bob = scene.particle("bob", 1.0, (1.0, 0.0))
+    scene.distance("rope", ha.GROUND.at(0, 0), bob, length=arm)
+    scene.cost("end", bob.x**2, sum="terminal")
+    return scene

@@ -7,6 +7,7 @@ import hamiltonian_adjoint as ha
 import numpy as np
 import pytest
 from hamiltonian_adjoint._errors import in_python
+from scenes import rope_of_a_design
 
 SOURCE = pathlib.Path(__file__).parents[2] / "src"
 # Methods of optimisation, which are functions in Rust.
@@ -60,12 +61,7 @@ def test_what_messages_say_instead():
 
 
 def test_warnings_have_names_of_python():
-    scene = ha.Scene()
-    arm = scene.design("arm", 1.0)
-    bob = scene.particle("bob", 1.0, (1.0, 0.0))
-    scene.distance("rope", ha.GROUND.at(0, 0), bob, length=arm)
-    scene.cost("end", bob.x**2, sum="terminal")
-    system = scene.compile()
+    system = rope_of_a_design().compile()
     with pytest.warns(ha.MotionWarning, match=r"use `inputs.assemble\(\)`"):
         found = ha.gradient(system, system.at_rest(5, 0.01))
     assert np.isfinite(found.value) and "::" not in found.warnings[0][1]

@@ -6,6 +6,7 @@ import re
 import hamiltonian_adjoint as ha
 import numpy as np
 import pytest
+from scenes import rope_of_a_design
 
 
 class Given:
@@ -197,12 +198,7 @@ def test_motions_that_fail():
 
 
 def test_warnings_have_kinds():
-    scene = ha.Scene()
-    arm = scene.design("arm", 1.0)
-    bob = scene.particle("bob", 1.0, (1.0, 0.0))
-    scene.distance("rope", ha.GROUND.at(0, 0), bob, length=arm)
-    scene.cost("end", bob.x**2, sum="terminal")
-    system = scene.compile()
+    system = rope_of_a_design().compile()
     with pytest.warns(ha.MotionWarning, match="arm") as found:
         ha.gradient(system, system.at_rest(5, 0.01))
     assert [warning.category.__name__ for warning in found] == ["GivenStart"]

@@ -8,7 +8,7 @@ import hamiltonian_adjoint as ha
 import numpy as np
 import pytest
 from hamiltonian_adjoint._optimise import SETTINGS
-from scenes import cart_with_links, pushed
+from scenes import block_on_a_spring, cart_with_links, pushed
 
 
 def block(steps=50):
@@ -57,11 +57,7 @@ def test_bounds_forms_and_other_quantities():
 
 
 def test_a_fit_with_its_accuracy():
-    scene = ha.Scene()
-    x = scene.coordinates("block", ["x"], [1.0]).x
-    stiffness = scene.design("stiffness", 3.0)
-    scene.kinetic_energy("motion", 0.5 * x.v**2)
-    scene.potential_energy("spring", 0.5 * stiffness * x**2)
+    scene, x, stiffness = block_on_a_spring()
     noise = np.random.default_rng(1).normal(size=20) * 0.01
     for i in range(20):
         scene.reading(f"reading {i}", x, 5 * (i + 1), float(np.cos(2.0 * 0.05 * (i + 1)) + noise[i]), 100.0)

@@ -7,7 +7,7 @@ import threading
 import hamiltonian_adjoint as ha
 import numpy as np
 import pytest
-from scenes import cart_with_links, pushed
+from scenes import block_on_a_spring, cart_with_links, pushed
 from test_optimise import block
 
 
@@ -54,11 +54,7 @@ def test_many_starts():
 
 
 def test_least_squares_from_many_starts():
-    scene = ha.Scene()
-    x = scene.coordinates("block", ["x"], [1.0]).x
-    stiffness = scene.design("stiffness", 3.0)
-    scene.kinetic_energy("motion", 0.5 * x.v**2)
-    scene.potential_energy("spring", 0.5 * stiffness * x**2)
+    scene, x, stiffness = block_on_a_spring()
     times = np.linspace(0.1, 5.0, 50)
     values = np.cos(2.0 * times) + 0.01 * np.random.default_rng(3).normal(size=50)
     scene.readings("x", x, times, values, deviation=0.01, steps=500, dt=0.01)
