@@ -65,6 +65,9 @@ impl AdjointSweep {
         if self.costs_known.take() != Some(node) {
             self.cost_rows(system, motion, node)?;
         }
+        if node + 1 == motion.nodes() {
+            self.take_end();
+        }
         if !self.cost_is_zero {
             self.growth.add_source(motion, &linearisation.weights, &self.cost, node);
         }

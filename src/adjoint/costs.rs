@@ -73,6 +73,18 @@ impl AdjointSweep {
         self.refinement.add_step(node, weight * self.cost.integrands[0], &mut self.gradient.steps);
     }
 
+    /// Adds the factors of the state at the last node to its rows.
+    pub(super) fn take_end(&mut self) {
+        let rows = &mut self.cost;
+        let (n, end) = (rows.q.len(), rows.factors.of_end());
+        if end.is_empty() {
+            return;
+        }
+        let parts = [(&mut rows.q, &end[..n]), (&mut rows.v, &end[n..2 * n]), (&mut rows.p_star, &end[2 * n..])];
+        parts.into_iter().for_each(|(sum, factors)| add(sum, factors));
+        (rows.has_read_state, self.cost_is_zero) = (true, false);
+    }
+
     pub(super) fn clear_cost(&mut self) {
         self.u.fill(0.0);
         if !self.cost_is_zero {

@@ -15,7 +15,9 @@ mod bordered;
 mod coordinates;
 mod equations;
 mod far;
+mod retraction;
 mod tangent;
 
 pub(crate) use assembler::{Assembler, factor_state};
+pub(crate) use retraction::{Columns, Retraction};
 pub(crate) use tangent::Tangent;

@@ -30,7 +30,7 @@ pub(crate) fn errors_of_outputs(
         halves.push(0.5 * step);
         nodes.push(halves.len());
     }
-    let mut halved = Refinement::new((&halves, &[]), inputs.grid.around[0], &inserted).refine(inputs);
+    let mut halved = Refinement::new((&halves, &[]), inputs.grid.around, &inserted).refine(inputs);
     halved.events.iter_mut().for_each(|event| event.node = nodes[event.node]);
     let mut solver = Solver::new(system, settings);
     let mut motion = solver.simulate(&halved)?.clone();

@@ -22,8 +22,11 @@ pub(crate) fn solve(forward: &mut ForwardSweep, system: &System, settings: &Sett
     } else {
         v.fill(0.0);
     }
-    check_position(forward, system, &q, settings)?;
-    let is_given = forward.motion.assembly.is_none();
+    // Momenta at a later node are those of a motion that has drifted, or were found with the coordinates.
+    let is_given = forward.motion.assembly.is_none() && (given_velocity || forward.motion.inputs.grid.around[0] == 0);
+    if is_given || given_velocity {
+        check_position(forward, system, &q, settings)?;
+    }
     forward.motion.given_start = if is_given { given_start::find(system, &point(forward, &q)) } else { None };
     let mut p_star = rate;
     if given_velocity {

@@ -29,7 +29,7 @@ impl Motion {
     /// The relation between the computed grid and the given grid.
     pub(crate) fn refinement(&self) -> Refinement {
         let Inputs { grid, events, .. } = &self.inputs;
-        Refinement::new((&grid.steps, events), grid.around[0], &self.trajectory.inserted)
+        Refinement::new((&grid.steps, events), grid.around, &self.trajectory.inserted)
     }
 
     /// Number (from 1) of the given step that contains or ends at `node`, counted in the longer motion of which this motion is a part; 0 at the start

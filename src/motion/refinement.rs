@@ -51,20 +51,22 @@ pub(crate) struct Refinement {
     halved: Vec<Halved>,
     /// (s, θ) of all parts of halved steps.
     parts: Vec<(f64, f64)>,
-    /// The number of the first given node in the longer motion of which this one is a part.
+    /// The number of the first given node in the longer motion of which this one is a part, and whether this part is its end.
     first: usize,
+    is_end: bool,
     events: Vec<Occurrence>,
     /// The given nodes behind the steps of length zero that follow the events.
     after_events: Vec<usize>,
 }
 
 impl Refinement {
-    /// From the computed steps, the number of nodes of a longer motion before them, and the inserted nodes in ascending order.
-    pub(crate) fn new((steps, events): (&[f64], &[Occurrence]), first: usize, inserted: &[usize]) -> Self {
+    /// From the computed steps, the numbers of nodes of a longer motion before and after them, and the inserted nodes in ascending order.
+    pub(crate) fn new((steps, events): (&[f64], &[Occurrence]), around: [usize; 2], inserted: &[usize]) -> Self {
         let most = inserted.len().min(steps.len());
         let (halved, parts) = (Vec::with_capacity(most), Vec::with_capacity(most + inserted.len()));
         let after_events = events.iter().map(|event| after(event.node, steps, inserted)).collect();
-        let mut refinement = Refinement { halved, parts, first, events: events.to_vec(), after_events };
+        let [first, behind] = around;
+        let mut refinement = Refinement { halved, parts, first, is_end: behind == 0, events: events.to_vec(), after_events };
         let mut before = 0;
         while let Some(&cut) = inserted.get(before) {
             // Consecutive inserted nodes lie within one given step, which ends after the last of them.
@@ -145,7 +147,9 @@ impl Refinement {
             // The first node of a part is the last node of the previous part, which counts it.
             let number = (given > 0 || self.first == 0).then_some(self.first + given);
             let after_event = self.after_events.binary_search(&given).ok();
-            GivenWeights { event: self.event_at(given), after_event, ..GivenWeights::new(number, ends.0, ends.1, side) }
+            let weights = GivenWeights::new(number, ends.0, ends.1, side);
+            let terminal = if self.is_end { weights.terminal } else { R::zero() };
+            GivenWeights { event: self.event_at(given), after_event, terminal, ..weights }
         });
         Weights { given, integral, side }
     }
@@ -229,7 +233,7 @@ impl<R: Real> Trajectory<R> {
             before = node;
         }
         let lengths: Vec<f64> = grid.steps.iter().map(|dt| dt.part(0)).collect();
-        Ok(Refinement::new((&lengths, events), grid.around[0], &self.inserted))
+        Ok(Refinement::new((&lengths, events), grid.around, &self.inserted))
     }
 }
 
@@ -248,7 +252,7 @@ mod tests {
     #[test]
     fn controls_are_linear_between_given_nodes_and_shares_add_up() {
         // Given steps 1, 2, 1; the second was halved, and then its first half.
-        let refinement = Refinement::new((&[1.0, 0.5, 0.5, 1.0, 1.0], &[]), 0, &[2, 3]);
+        let refinement = Refinement::new((&[1.0, 0.5, 0.5, 1.0, 1.0], &[]), [0, 0], &[2, 3]);
         let start = Start::Velocity { q: DVector::zeros(0), v: DVector::zeros(0) };
         let grid = Grid::new(0.0, vec![1.0, 2.0, 1.0]);
         let controls = DMatrix::from_row_slice(1, 4, &[1.0, 3.0, 7.0, 8.0]);

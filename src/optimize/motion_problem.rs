@@ -8,6 +8,7 @@ use super::problem::{Interval, Problem, set_row};
 use super::sizes::Sizes;
 use super::variables::Variables;
 use crate::estimate::errors_of_outputs;
+use crate::solver::Asked;
 use crate::{Error, Inputs, Output, Settings, Solver, System, Warning};
 
 /// The problem of minimising J of a motion subject to constraints on its outputs. Outputs must be zero unless
@@ -53,9 +54,12 @@ impl MotionProblem {
     pub fn new(system: &System, settings: Settings, inputs: Inputs, mut variables: Variables) -> Result<Self, Error> {
         inputs.check(system)?;
         variables.check(system, &inputs)?;
-        held::check(system, &settings, &inputs, variables.free())?;
-        // A segment is checked together with the others.
-        if inputs.grid.around == [0, 0] {
+        let [before, behind] = inputs.grid.around;
+        // The variables of a segment are chosen to fit, and its readings are checked together with the others.
+        if before == 0 {
+            held::check(system, &settings, &inputs, variables.free())?;
+        }
+        if before + behind == 0 {
             check_reading_times(system, &inputs, variables.free())?;
         }
         let constraints = default_constraints(system);
@@ -152,6 +156,12 @@ impl MotionProblem {
         self.solver.cost()
     }
 
+    /// The inputs of the next tried point.
+    pub(super) fn next_inputs(&mut self, x: &[f64]) -> &Inputs {
+        self.variables.write(x, &mut self.tried.inputs);
+        &self.tried.inputs
+    }
+
     /// Makes the last tried point, which has a value, the current one.
     pub(super) fn settle(&mut self) {
         let Point { x, inputs } = &mut self.known;
@@ -167,6 +177,43 @@ impl MotionProblem {
     /// The number of outputs.
     pub(super) fn outputs(&self) -> usize {
         self.constraints.len()
+    }
+
+    /// As [`gradient`](Problem::gradient), with weights of (q, v, p\*) at the last node, if there are any.
+    ///
+    /// # Errors
+    /// As `gradient`.
+    pub(super) fn gradient_with_end(
+        &mut self,
+        f_weight: f64,
+        (of_outputs, of_end): (&[f64], &[f64]),
+        gradient: &mut [f64],
+    ) -> Result<(), Error> {
+        self.sizes().gradient(of_outputs, gradient)?;
+        self.asked = f_weight != 0.0 || of_outputs.iter().chain(of_end).any(|w| *w != 0.0);
+        if !self.asked {
+            gradient.fill(0.0);
+            self.gradient.fill(0.0);
+            return Ok(());
+        }
+        // The one that belongs to the values of this grid.
+        let of = self.solver.discrete_gradient(f_weight, of_outputs, of_end)?;
+        self.variables.pull_back(&self.tried.x, of, gradient);
+        self.gradient.copy_from_slice(gradient);
+        Ok(())
+    }
+
+    /// The derivatives of outputs and of entries of the state at the last node.
+    ///
+    /// # Errors
+    /// As [`jacobian`](Problem::jacobian).
+    pub(super) fn jacobian_of(&mut self, asked: &[Asked], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
+        let mut row = vec![0.0; self.variables.len()];
+        for (k, of) in self.solver.gradients_of_all(asked)?.enumerate() {
+            self.variables.pull_back(&self.tried.x, of, &mut row);
+            set_row(jacobian, k, &row);
+        }
+        Ok(())
     }
 
     /// The free quantities.
@@ -214,31 +261,18 @@ impl Problem for MotionProblem {
     }
 
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
-        self.sizes().gradient(c_weights, gradient)?;
-        self.asked = f_weight != 0.0 || c_weights.iter().any(|w| *w != 0.0);
-        if !self.asked {
-            gradient.fill(0.0);
-            return Ok(());
-        }
-        // The one that belongs to the values of this grid.
-        let of = self.solver.discrete_gradient(f_weight, c_weights)?;
-        self.variables.pull_back(&self.tried.x, of, gradient);
-        self.gradient.copy_from_slice(gradient);
-        Ok(())
+        self.gradient_with_end(f_weight, (c_weights, &[]), gradient)
     }
 
     fn jacobian(&mut self, rows: &[usize], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
         self.sizes().jacobian(rows, jacobian)?;
-        let mut row = vec![0.0; self.variables.len()];
-        for (k, of) in self.solver.output_gradients(rows)?.enumerate() {
-            self.variables.pull_back(&self.tried.x, of, &mut row);
-            set_row(jacobian, k, &row);
-        }
-        Ok(())
+        let asked: Vec<Asked> = rows.iter().map(|row| Asked::Output(*row)).collect();
+        self.jacobian_of(&asked, jacobian)
     }
 
     fn jacobian_work(&self, rows: &[usize]) -> [usize; 2] {
-        self.solver.jacobian_work(rows, self.variables.len())
+        let asked: Vec<Asked> = rows.iter().map(|row| Asked::Output(*row)).collect();
+        self.solver.jacobian_work(&asked, self.variables.len())
     }
 
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {

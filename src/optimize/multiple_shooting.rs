@@ -8,13 +8,20 @@ use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex, PoisonError};
 
 use super::free::{Free, check_reading_times};
-use super::motion_problem::{Changed, MotionProblem, default_constraints};
+use super::motion_problem::{MotionProblem, default_constraints};
 use super::problem::Interval;
 use super::segment::Segment;
 use super::sizes::Sizes;
 use super::variables::Variables;
 use crate::motion::{Progress, Watch};
-use crate::{EndState, Error, Inputs, Output, Settings, Start, System};
+use crate::{EndState, Error, Inputs, Output, Settings, System};
+
+/// A continuity condition: its row, the entry of (q, v, p\*) at the end of a segment, and the variable of the next one's start that equals it.
+pub(super) struct Joint {
+    pub(super) row: usize,
+    pub(super) end: usize,
+    pub(super) start: usize,
+}
 
 /// Multiple shooting (Bock and Plitt 1984): the problem of minimising J subject to constraints on outputs and to the continuity of the
 /// segments of the motion.
@@ -111,8 +118,8 @@ impl MultipleShooting {
         let mut constraints = default_constraints(system);
         constraints.resize(running.len() + 2 * states.len() * (segments - 1), Interval::ZERO);
         let (states, minimised, mut x) = (states.to_vec(), vec![false; running.len()], whole.of(&inputs));
-        x.resize(next, 0.0);
-        all[1..].iter().for_each(|segment| segment.put_start(states.len(), &mut x));
+        let still = DVector::zeros(system.n());
+        all[1..].iter_mut().for_each(|segment| x.extend(segment.guess(inputs.start.q(), &still)));
         Ok(MultipleShooting { segments: all, whole, inputs, x, states, names, running, constraints, minimised })
     }
 
@@ -121,22 +128,33 @@ impl MultipleShooting {
     /// # Errors
     /// Values that are not finite; nothing is changed in this case.
     pub fn guess(&mut self, mut of: impl FnMut(usize, &mut DVector<f64>, &mut DVector<f64>)) -> Result<(), Error> {
-        let guessed = self.segments[1..].iter().map(|segment| {
-            segment.motion.changed(|inputs| {
-                if let Start::Velocity { q, v } | Start::Assembled { q, v, .. } = &mut inputs.start {
-                    of(segment.first, q, v);
+        let mut guessed = Vec::with_capacity(self.segments.len());
+        for segment in &mut self.segments[1..] {
+            let Some(mut q) = segment.near() else { continue };
+            let mut v = DVector::zeros(q.len());
+            for (which, place) in self.states.iter().zip(segment.start_places().chunks(2)) {
+                let i = which.coordinate.index();
+                (q[i], v[i]) = (self.x[place[0]], self.x[place[1]]);
+            }
+            of(segment.first, &mut q, &mut v);
+            for (what, of) in [("coordinate", &q), ("velocity", &v)] {
+                if let Some(i) = of.iter().position(|x| !x.is_finite()) {
+                    let name = segment.motion.solver.system().coordinate_name(i).to_string();
+                    let what = format!("the guess of the {what} of `{name}` at node {}", segment.first);
+                    return Err(Error::NotFinite { what, value: of[i] });
                 }
-            })
-        });
-        let guessed: Vec<Changed> = guessed.collect::<Result<_, Error>>()?;
-        for (segment, guess) in self.segments[1..].iter_mut().zip(guessed) {
-            segment.motion.take_over(guess);
-            segment.put_start(self.states.len(), &mut self.x);
+            }
+            guessed.push((q, v));
+        }
+        for (segment, (q, v)) in self.segments[1..].iter_mut().zip(guessed) {
+            let z = segment.guess(&q, &v);
+            segment.start_places().iter().zip(z).for_each(|(&at, x)| self.x[at] = x);
+            segment.motion.solver.drop_motion();
         }
         Ok(())
     }
 
-    fn system(&self) -> &System {
+    pub(super) fn system(&self) -> &System {
         self.segments[0].motion.solver.system()
     }
 
@@ -194,13 +212,13 @@ impl MultipleShooting {
         self.segments.iter().map(|segment| &segment.motion)
     }
 
-    /// Continuity conditions between the end of a segment and the start of the next one: row, output and variable.
-    pub(super) fn joints(&self, segment: usize) -> impl Iterator<Item = (usize, usize, usize)> + use<'_> {
+    /// Continuity conditions between the end of a segment and the start of the next one: row, entry of (q, v, p\*) at the end, and variable.
+    pub(super) fn joints(&self, segment: usize) -> impl Iterator<Item = Joint> + use<'_> {
         let row = self.running.len() + 2 * self.states.len() * segment;
-        let starts =
-            self.segments.get(segment + 1).map_or(&[][..], |next| &next.places[next.places.len() - 2 * self.states.len()..]);
-        let ends = self.states.iter().flat_map(|state| [state.position.index(), state.rate.index()]);
-        ends.zip(starts).enumerate().map(move |(k, (output, start))| (row + k, output, *start))
+        let starts = self.segments.get(segment + 1).map_or(&[][..], Segment::start_places);
+        let n = self.system().n();
+        let ends = self.states.iter().flat_map(move |state| [0, n].map(|first| first + state.coordinate.index()));
+        ends.zip(starts).enumerate().map(move |(k, (end, start))| Joint { row: row + k, end, start: *start })
     }
 
     /// True if a segment contributes to an output.

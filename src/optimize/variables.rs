@@ -20,6 +20,13 @@ pub(super) struct Meaning<'a> {
     logarithm: bool,
 }
 
+/// A free design variable: its variable, its number, and d value / dx.
+pub(super) struct FreeDesign {
+    pub(super) variable: usize,
+    pub(super) design: usize,
+    pub(super) slope: f64,
+}
+
 /// The free variables in order, and their map to the inputs.
 #[derive(Clone, Debug)]
 pub struct Variables {
@@ -160,6 +167,18 @@ impl Variables {
 
     fn parts(&self) -> impl Iterator<Item = (&Free, std::ops::Range<usize>)> {
         self.free.iter().zip(self.first.windows(2).map(|ends| ends[0]..ends[1]))
+    }
+
+    /// The free design variables at a point.
+    pub(super) fn designs(&self, x: &[f64]) -> Vec<FreeDesign> {
+        let of = |(free, range): (&Free, std::ops::Range<usize>)| match free.quantity {
+            Quantity::Design(design) => {
+                let variable = range.start;
+                Some(FreeDesign { variable, design: design.index(), slope: free.slope(x[variable]) })
+            }
+            _ => None,
+        };
+        self.parts().filter_map(of).collect()
     }
 
     /// The variables of these inputs; controls on coarser knots are sampled at the knots.

@@ -1,5 +1,6 @@
 //! [`Solver`]: a system with all the memory that simulations and gradients need, for repeated use.
 
+mod ends;
 mod lifted;
 mod located;
 mod long;
@@ -10,6 +11,7 @@ mod size;
 mod stopped;
 mod work;
 
+pub(crate) use ends::Asked;
 pub use lifted::LiftedSolver;
 pub use long::{LongSolver, State};
 pub(crate) use many::each;
@@ -253,27 +255,8 @@ impl Solver {
     /// # Errors
     /// As [`gradient`](Self::gradient).
     pub fn jacobian(&mut self) -> Result<Vec<Gradient>, Error> {
-        let all: Vec<usize> = (0..self.system.outputs()).collect();
-        Ok(self.output_gradients(&all)?.cloned().collect())
-    }
-
-    /// The gradients of the given outputs.
-    pub(crate) fn output_gradients(&mut self, outputs: &[usize]) -> Result<impl Iterator<Item = &Gradient>, Error> {
-        if self.has_events() && !outputs.is_empty() {
-            self.located()?;
-        }
-        let Solver { system, settings, forward, sweeps, rows, located, .. } = self;
-        if rows.len() < outputs.len() {
-            rows.resize_with(outputs.len(), || AdjointSweep::new(system, settings.scheme));
-        }
-        let rows = &mut rows[..outputs.len()];
-        if !outputs.is_empty() {
-            let settings = Settings { keep_adjoint: false, ..*settings };
-            AdjointSweep::run(rows, system, &mut forward.solved(), &settings, |k, factors| factors.choose(1 + outputs[k]))?;
-            located.iter().for_each(|located| rows.iter_mut().for_each(|row| located.complete(&mut row.gradient)));
-            sweeps[0].report = Report::of_all(rows.iter_mut().map(|row| std::mem::take(&mut row.report)));
-        }
-        Ok(rows.iter().map(|row| &row.gradient))
+        let all: Vec<Asked> = (0..self.system.outputs()).map(Asked::Output).collect();
+        Ok(self.gradients_of_all(&all)?.cloned().collect())
     }
 
     /// J (`which` = 0) or an output (`which` from 1 on).
@@ -304,15 +287,24 @@ impl Solver {
         self.differentiate(|factors| factors.weigh(of_cost, of_outputs))
     }
 
-    /// As [`weighted_gradient`](Self::weighted_gradient), without the gradient at frozen grid phase.
-    pub(crate) fn discrete_gradient(&mut self, of_cost: f64, of_outputs: &[f64]) -> Result<&Gradient, Error> {
+    /// As [`weighted_gradient`](Self::weighted_gradient), without the gradient at frozen grid phase, and with weights of (q, v, p\*) at the last
+    /// node, if there are any.
+    pub(crate) fn discrete_gradient(
+        &mut self,
+        of_cost: f64,
+        of_outputs: &[f64],
+        of_end: &[f64],
+    ) -> Result<&Gradient, Error> {
         check_weights(&self.system, of_cost, of_outputs)?;
+        let choose = |factors: &mut CostFactors| {
+            factors.weigh(of_cost, of_outputs);
+            factors.weigh_end(of_end);
+        };
         if self.has_events() {
-            return self.differentiate(|factors| factors.weigh(of_cost, of_outputs));
+            return self.differentiate(choose);
         }
         let Solver { system, settings, forward, sweeps, .. } = self;
-        let choose = |_, factors: &mut CostFactors| factors.weigh(of_cost, of_outputs);
-        AdjointSweep::run(&mut sweeps[..1], system, &mut forward.solved(), settings, choose)?;
+        AdjointSweep::run(&mut sweeps[..1], system, &mut forward.solved(), settings, |_, factors| choose(factors))?;
         Ok(&sweeps[0].gradient)
     }
 

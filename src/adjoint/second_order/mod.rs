@@ -157,6 +157,11 @@ impl SecondOrderSweep {
         Ok(&self.sweep.gradient)
     }
 
+    /// The change of the trajectory along the last direction.
+    pub(crate) fn change(&self) -> &Trajectory {
+        &self.change.trajectory
+    }
+
     /// The last product.
     pub(crate) fn product_mut(&mut self) -> &mut Gradient {
         &mut self.sweep.gradient

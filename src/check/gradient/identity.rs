@@ -45,7 +45,7 @@ pub(super) fn identity(
     let mut solver = subject.lifted::<Dual64>()?;
     let inserted = solver.real().trajectory().inserted.clone();
     let taken = solver.real().inputs().clone();
-    let refinement = Refinement::new((&taken.grid.steps, &taken.events), taken.grid.around[0], &inserted);
+    let refinement = Refinement::new((&taken.grid.steps, &taken.events), taken.grid.around, &inserted);
     // With inserted nodes or stages, the gradient is that of the given controls, not a sum over later nodes: controls are then fixed.
     let are_held = !inserted.is_empty() || settings.scheme.inner() > 0 || system.has_control_rates();
     let mut direction = direction.clone();

@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use super::super::problem::{Interval, Problem};
 use super::super::segment::Segment;
 use super::MultipleShooting;
+use crate::solver::Asked;
 use crate::{Error, Report, Warning};
 
 impl Problem for MultipleShooting {
@@ -45,7 +46,8 @@ impl Problem for MultipleShooting {
         for (k, (cost, found)) in self.evaluate_segments(x)?.into_iter().enumerate() {
             sum += cost;
             self.rows(k).for_each(|output| c[output] += found[output]);
-            self.joints(k).for_each(|(row, output, start)| c[row] = found[output] - x[start]);
+            let end = self.segments[k].motion.solver.end();
+            self.joints(k).for_each(|joint| c[joint.row] = end[joint.end] - x[joint.start]);
         }
         Ok(sum + (0..self.running.len()).filter(|&k| self.minimised[k]).map(|k| c[k]).sum::<f64>())
     }
@@ -55,15 +57,16 @@ impl Problem for MultipleShooting {
         gradient.fill(0.0);
         for k in 0..self.segments.len() {
             let mut weights = vec![0.0; self.segments[k].motion.outputs()];
+            let mut of_end = vec![0.0; 3 * self.system().n()];
             let of_f = |output: usize| if self.minimised[output] { f_weight } else { 0.0 };
             self.rows(k).for_each(|output| weights[output] = c_weights[output] + of_f(output));
-            for (row, output, start) in self.joints(k) {
-                weights[output] = c_weights[row];
-                gradient[start] -= c_weights[row];
+            for joint in self.joints(k) {
+                of_end[joint.end] = c_weights[joint.row];
+                gradient[joint.start] -= c_weights[joint.row];
             }
             let segment = &mut self.segments[k];
             let mut own = vec![0.0; segment.places.len()];
-            segment.motion.gradient(f_weight, &weights, &mut own)?;
+            segment.gradient(f_weight, (&weights, &of_end), &mut own)?;
             segment.places.iter().zip(own).for_each(|(&at, g)| gradient[at] += g);
         }
         Ok(())
@@ -74,18 +77,18 @@ impl Problem for MultipleShooting {
         jacobian.fill(0.0);
         let places = places(rows);
         for k in 0..self.segments.len() {
-            let own = self.outputs_in(k, &places);
-            for (row, _, start) in self.joints(k) {
-                if let Some(&at) = places.get(&row) {
-                    jacobian[(at, start)] -= 1.0;
+            let own = self.asked_in(k, &places);
+            for joint in self.joints(k) {
+                if let Some(&at) = places.get(&joint.row) {
+                    jacobian[(at, joint.start)] -= 1.0;
                 }
             }
-            let Segment { motion, places, .. } = &mut self.segments[k];
-            let outputs: Vec<usize> = own.iter().map(|(output, _)| *output).collect();
-            let mut part = DMatrix::zeros(own.len(), places.len());
-            motion.jacobian(&outputs, &mut part)?;
+            let segment = &mut self.segments[k];
+            let asked: Vec<Asked> = own.iter().map(|(asked, _)| *asked).collect();
+            let mut part = DMatrix::zeros(own.len(), segment.places.len());
+            segment.jacobian(&asked, &mut part)?;
             for (&(_, at), row) in own.iter().zip(part.row_iter()) {
-                places.iter().zip(row.iter()).for_each(|(&variable, x)| jacobian[(at, variable)] += x);
+                segment.places.iter().zip(row.iter()).for_each(|(&variable, x)| jacobian[(at, variable)] += x);
             }
         }
         Ok(())
@@ -94,22 +97,21 @@ impl Problem for MultipleShooting {
     fn jacobian_work(&self, rows: &[usize]) -> [usize; 2] {
         let places = places(rows);
         self.segments.iter().enumerate().fold([0; 2], |[by_rows, by_columns], (k, segment)| {
-            let outputs: Vec<usize> = self.outputs_in(k, &places).into_iter().map(|(output, _)| output).collect();
-            let work = segment.motion.jacobian_work(&outputs);
+            let asked: Vec<Asked> = self.asked_in(k, &places).into_iter().map(|(asked, _)| asked).collect();
+            let work = segment.motion.solver.jacobian_work(&asked, segment.motion.free().len());
             [by_rows + work[0], by_columns + work[1]]
         })
     }
 
     fn push_forward(&mut self, direction: &[f64], change: &mut [f64]) -> Result<(), Error> {
         self.sizes().push_forward(direction, change)?;
-        let mut found = vec![0.0; self.segments[0].motion.outputs()];
         change.fill(0.0);
         for k in 0..self.segments.len() {
             let segment = &mut self.segments[k];
             let own: Vec<f64> = segment.places.iter().map(|&at| direction[at]).collect();
-            segment.motion.push_forward(&own, &mut found)?;
+            let [found, end] = segment.push_forward(&own)?;
             self.rows(k).for_each(|output| change[output] += found[output]);
-            self.joints(k).for_each(|(row, output, start)| change[row] = found[output] - direction[start]);
+            self.joints(k).for_each(|joint| change[joint.row] = end[joint.end] - direction[joint.start]);
         }
         Ok(())
     }
@@ -120,7 +122,7 @@ impl Problem for MultipleShooting {
         for segment in &mut self.segments {
             let own: Vec<f64> = segment.places.iter().map(|&at| direction[at]).collect();
             let mut found = vec![0.0; own.len()];
-            segment.motion.product(&own, &mut found)?;
+            segment.product(&own, &mut found)?;
             segment.places.iter().zip(found).for_each(|(&at, x)| product[at] += x);
         }
         Ok(())
@@ -141,22 +143,20 @@ impl MultipleShooting {
         let whole = self.inputs_at(x);
         let times = whole.grid.times();
         let of = |segment: &mut Segment| {
-            segment.motion.start_at(times[segment.first]);
             let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
-            let mut found = vec![0.0; segment.motion.outputs()];
-            Ok((segment.motion.try_at(&own, &mut found)?, found))
+            segment.try_at(&own, times[segment.first])
         };
         let found = self.segments.iter_mut().map(of).collect::<Result<Vec<_>, Error>>()?;
         // After all segments succeeded, so that none keeps a point at which another one has no value.
-        self.segments.iter_mut().for_each(|segment| segment.motion.settle());
+        self.segments.iter_mut().for_each(Segment::settle);
         (self.inputs, self.x) = (whole, x.to_vec());
         Ok(found)
     }
 
-    /// The outputs of a segment that contribute to rows with these positions, each with its position.
-    fn outputs_in(&self, segment: usize, places: &HashMap<usize, usize>) -> Vec<(usize, usize)> {
-        let joints = self.joints(segment).map(|(row, output, _)| (row, output));
-        let all = self.rows(segment).map(|output| (output, output)).chain(joints);
-        all.filter_map(|(row, output)| Some((output, *places.get(&row)?))).collect()
+    /// What determines rows with these positions in a segment, each with its position.
+    fn asked_in(&self, segment: usize, places: &HashMap<usize, usize>) -> Vec<(Asked, usize)> {
+        let joints = self.joints(segment).map(|joint| (joint.row, Asked::End(joint.end)));
+        let all = self.rows(segment).map(|output| (output, Asked::Output(output))).chain(joints);
+        all.filter_map(|(row, asked)| Some((asked, *places.get(&row)?))).collect()
     }
 }

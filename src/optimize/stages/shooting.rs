@@ -7,6 +7,7 @@ use super::super::problem::Problem;
 use super::layout::Layout;
 use super::problem::{Counts, Linear, Multipliers, Shape, Staged, Values};
 use crate::Error;
+use crate::solver::Asked;
 
 /// The problem of multiple shooting, with its variables arranged in stages.
 pub(super) struct Segments<'p> {
@@ -42,9 +43,9 @@ impl<'p> Segments<'p> {
         DVector::from_iterator(controls + others, all)
     }
 
-    /// For each continuous state of a segment, its output.
-    fn state_outputs(&self, k: usize) -> Vec<usize> {
-        if k + 1 == self.at.places.len() { Vec::new() } else { self.of.joints(k).map(|(_, output, _)| output).collect() }
+    /// For each continuous state of a segment, the entry of (q, v, p*) at its end.
+    fn ends(&self, k: usize) -> Vec<usize> {
+        self.of.joints(k).map(|joint| joint.end).collect()
     }
 
     /// Sets the sums of outputs in the states of a point.
@@ -74,7 +75,7 @@ impl<'p> Segments<'p> {
         for (k, of) in self.at.rows.iter().enumerate() {
             let local = of.iter().filter(|row| row.sum.is_none());
             local.zip(rows[k].iter()).for_each(|(row, w)| all[row.output] = *w);
-            self.of.joints(k).enumerate().for_each(|(i, (row, ..))| all[row] = costates[k][i]);
+            self.of.joints(k).enumerate().for_each(|(i, joint)| all[joint.row] = costates[k][i]);
         }
         self.at.ends.iter().zip(rows[self.at.places.len()].iter()).for_each(|(&(_, output), w)| all[output] = *w);
         all
@@ -113,7 +114,8 @@ impl Staged for Segments<'_> {
             let minimised = (0..outputs).filter(|&output| self.of.minimised[output] && self.of.contributes(k, output));
             values.cost += cost + minimised.map(|output| c[output]).sum::<f64>();
             let mut next = DVector::zeros(self.at.shape.states);
-            self.state_outputs(k).into_iter().enumerate().for_each(|(i, output)| next[i] = c[output]);
+            let end = self.of.segments[k].motion.solver.end();
+            self.ends(k).into_iter().enumerate().for_each(|(i, entry)| next[i] = end[entry]);
             next.rows_mut(state, controls + others).copy_from(&self.copies(k, &v[k]));
             let mut rows = Vec::new();
             for row in &self.at.rows[k] {
@@ -156,9 +158,10 @@ impl Segments<'_> {
         (0..self.of.running.len()).map(|output| if is_term(output) { weight } else { 0.0 }).collect()
     }
 
-    /// The outputs of a segment whose derivatives are needed: its continuous states, and its rows.
-    fn asked(&self, k: usize) -> Vec<usize> {
-        self.state_outputs(k).into_iter().chain(self.at.rows[k].iter().map(|row| row.output)).collect()
+    /// What is differentiated in a segment: its continuous states, and its rows.
+    fn asked(&self, k: usize) -> Vec<Asked> {
+        let rows = self.at.rows[k].iter().map(|row| Asked::Output(row.output));
+        self.ends(k).into_iter().map(Asked::End).chain(rows).collect()
     }
 
     fn linearise_segment(&mut self, k: usize) -> Result<Linear, Error> {
@@ -168,13 +171,13 @@ impl Segments<'_> {
             dynamics: DMatrix::zeros(self.at.shape.states, size),
             rows: DMatrix::zeros(self.at.shape.rows[k].len(), size),
         };
-        let (asked, weights, continuous) = (self.asked(k), self.minimised(k, 1.0), self.state_outputs(k).len());
-        let (places, motion) = (&self.at.places[k], &mut self.of.segments[k].motion);
+        let (asked, weights, continuous) = (self.asked(k), self.minimised(k, 1.0), self.ends(k).len());
+        let (places, segment) = (&self.at.places[k], &mut self.of.segments[k]);
         let mut gradient = vec![0.0; places.len()];
-        motion.gradient(1.0, &weights, &mut gradient)?;
+        segment.gradient(1.0, (&weights, &[]), &mut gradient)?;
         places.iter().zip(&gradient).for_each(|(&at, g)| of.gradient[at] = *g);
         let mut jacobian = DMatrix::zeros(asked.len(), places.len());
-        motion.jacobian(&asked, &mut jacobian)?;
+        segment.jacobian(&asked, &mut jacobian)?;
         let mut local = 0;
         for (i, row) in jacobian.row_iter().enumerate() {
             let sum = if i < continuous { Some(i) } else { self.at.rows[k][i - continuous].sum };
@@ -197,19 +200,20 @@ impl Segments<'_> {
     fn hessian(&mut self, k: usize, cost: f64, multipliers: &Multipliers) -> Result<DMatrix<f64>, Error> {
         let (size, mut weights) = (self.at.shape.bounds[k].len(), self.minimised(k, cost));
         let costates = multipliers.costates[k].as_slice();
-        self.state_outputs(k).into_iter().zip(costates).for_each(|(output, costate)| weights[output] += costate);
+        let mut of_end = vec![0.0; 3 * self.of.system().n()];
+        self.ends(k).into_iter().zip(costates).for_each(|(entry, costate)| of_end[entry] += costate);
         let mut of_rows = multipliers.rows[k].iter();
         for row in &self.at.rows[k] {
             let of_row = row.sum.map_or_else(|| of_rows.next(), |at| costates.get(at));
             weights[row.output] += of_row.unwrap_or(&0.0);
         }
-        let (places, motion) = (&self.at.places[k], &mut self.of.segments[k].motion);
+        let (places, segment) = (&self.at.places[k], &mut self.of.segments[k]);
         let (mut direction, mut product) = (vec![0.0; places.len()], vec![0.0; places.len()]);
-        motion.gradient(cost, &weights, &mut product)?;
+        segment.gradient(cost, (&weights, &of_end), &mut product)?;
         let mut hessian = DMatrix::zeros(size, size);
         for (i, &at) in places.iter().enumerate() {
             direction[i] = 1.0;
-            motion.product(&direction, &mut product)?;
+            segment.product(&direction, &mut product)?;
             direction[i] = 0.0;
             places.iter().zip(&product).for_each(|(&row, x)| hessian[(row, at)] = *x);
         }

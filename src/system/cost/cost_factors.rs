@@ -1,4 +1,4 @@
-//! [`CostFactors`]: the factors of a weighted sum of J, the outputs and the functions of events.
+//! [`CostFactors`]: the factors of a weighted sum of J, the outputs, the functions of events, and the state at the end.
 
 use std::ops::Range;
 
@@ -12,6 +12,8 @@ pub struct CostFactors {
     some: Range<usize>,
     /// The factors of the functions of the events of a motion, in their order; those that are missing are zero.
     of_events: Vec<f64>,
+    /// The factors of q, v and p* at the last node; empty if they are zero.
+    of_end: Vec<f64>,
 }
 
 /// The numbers of functions of events follow this one, which is larger than that of any output.
@@ -25,7 +27,7 @@ impl CostFactors {
 
     /// Factors that select a single function, J (`which` = 0) or output number `which` (from 1 on), out of J and `outputs` outputs.
     pub fn of_one(which: usize, outputs: usize) -> Self {
-        let mut factors = CostFactors { all: vec![0.0; 1 + outputs], some: 0..0, of_events: Vec::new() };
+        let mut factors = CostFactors { all: vec![0.0; 1 + outputs], some: 0..0, of_events: Vec::new(), of_end: Vec::new() };
         factors.choose(which);
         factors
     }
@@ -43,6 +45,7 @@ impl CostFactors {
         self.all[which] = 1.0;
         self.some = which..which + 1;
         self.of_events.clear();
+        self.of_end.clear();
     }
 
     /// Adds the functions of events with these factors.
@@ -55,6 +58,7 @@ impl CostFactors {
     pub fn choose_event(&mut self, which: usize) {
         self.all.fill(0.0);
         self.some = 0..0;
+        self.of_end.clear();
         self.of_events.clear();
         self.of_events.resize(which, 0.0);
         self.of_events.push(1.0);
@@ -80,6 +84,28 @@ impl CostFactors {
         let end = self.all.iter().rposition(|factor| *factor != 0.0).map_or(first, |last| last + 1);
         self.some = first..end;
         self.of_events.clear();
+        self.of_end.clear();
+    }
+
+    /// Selects one entry of (q, v, p*) at the last node alone, out of a number of entries.
+    pub fn choose_end(&mut self, which: usize, entries: usize) {
+        self.all.fill(0.0);
+        self.some = 0..0;
+        self.of_events.clear();
+        self.of_end.clear();
+        self.of_end.resize(entries, 0.0);
+        self.of_end[which] = 1.0;
+    }
+
+    /// Adds (q, v, p*) at the last node with these factors.
+    pub fn weigh_end(&mut self, factors: &[f64]) {
+        self.of_end.clear();
+        self.of_end.extend_from_slice(factors);
+    }
+
+    /// The factors of q, v and p* at the last node; empty if they are zero.
+    pub fn of_end(&self) -> &[f64] {
+        &self.of_end
     }
 
     /// Copies other factors without a new allocation.
@@ -87,6 +113,7 @@ impl CostFactors {
         self.all.copy_from_slice(&others.all);
         self.some = others.some.clone();
         self.of_events.clone_from(&others.of_events);
+        self.of_end.clone_from(&others.of_end);
     }
 
     /// The number of factors, including that of J.

@@ -1,0 +1,258 @@
+//! [`Segment`]: a part of a motion, treated as a motion of its own.
+
+mod independent;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::free::{Free, Quantity};
+use super::motion_problem::MotionProblem;
+use super::problem::{Interval, Problem, set_row};
+use super::variables::Variables;
+use crate::solver::Asked;
+use crate::{EndState, Error, Inputs, Settings, Start, System};
+use independent::IndependentStart;
+
+/// The problem of a part of a motion, and its place in the whole problem.
+#[derive(Debug)]
+pub(super) struct Segment {
+    pub(super) motion: MotionProblem,
+    /// The first and the last node.
+    pub(super) first: usize,
+    pub(super) last: usize,
+    /// The index in the whole problem of each variable of the segment.
+    pub(super) places: Vec<usize>,
+    begin: Begin,
+    /// The last point, and the corresponding variables of the motion.
+    x: Vec<f64>,
+    own: Vec<f64>,
+}
+
+/// The variables of a segment that determine its start; they follow the others.
+#[derive(Debug)]
+enum Begin {
+    /// The start of the whole motion, which has free initial values among the other variables, if any.
+    Given,
+    /// Independent coordinates and their rates.
+    Independent(Box<IndependentStart>),
+    /// q and p*, the variables of the segment's motion.
+    State,
+}
+
+impl Segment {
+    /// The segment between two nodes. Unless it begins at the first node, the states of its start are the next variables.
+    ///
+    /// # Errors
+    /// Invalid inputs and variables; states that constraints determine.
+    pub(super) fn new(
+        (system, settings): (&System, Settings),
+        whole: &Inputs,
+        free: &[Free],
+        states: &[EndState],
+        (first, last): (usize, usize),
+        next: &mut usize,
+    ) -> Result<Self, Error> {
+        if free.iter().any(|of| of.quantity == Quantity::Duration) && share(whole, (first, last)) <= 0.0 {
+            let why =
+                "one of the segments runs backwards in time or has zero length; use other segments, or fix the duration";
+            return Err(Error::NotInSegments { what: "a free duration".into(), why });
+        }
+        let (mut own, mut places) = own_variables(free, whole, (first, last));
+        let inputs = own_inputs(system, whole, (first, last));
+        let mut begin = Begin::Given;
+        if first > 0 {
+            let start = IndependentStart::new(system, states, &inputs)?;
+            places.extend(*next..*next + start.len());
+            *next += start.len();
+            let all = (0..system.n()).map(|i| system.coordinate(i));
+            own.extend(all.clone().map(|q| Free::new(Quantity::Coordinate(q))));
+            own.extend(all.map(|q| Free::new(Quantity::Rate(q))));
+            begin = Begin::Independent(Box::new(start));
+        }
+        let variables = Variables::new(system, &inputs, own)?;
+        let motion = MotionProblem::new(system, settings, inputs, variables)?;
+        let (own, x) = (motion.start(), vec![0.0; places.len()]);
+        Ok(Segment { motion, first, last, places, begin, x, own })
+    }
+
+    /// The number of variables that determine only the start.
+    fn state(&self) -> usize {
+        match &self.begin {
+            Begin::Given => 0,
+            Begin::Independent(start) => start.len(),
+            Begin::State => 2 * self.motion.solver.system().n(),
+        }
+    }
+
+    /// The variables of the whole problem that determine only the start.
+    pub(super) fn start_places(&self) -> &[usize] {
+        &self.places[self.places.len() - self.state()..]
+    }
+
+    /// The variables of the start for a guess of q and v.
+    pub(super) fn guess(&mut self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<f64> {
+        let Begin::Independent(start) = &mut self.begin else { return Vec::new() };
+        start.near().copy_from_slice(q.as_slice());
+        start.of(q, v)
+    }
+
+    /// The coordinates near which the start is sought; `None` for the first segment.
+    pub(super) fn near(&mut self) -> Option<DVector<f64>> {
+        let Begin::Independent(start) = &mut self.begin else { return None };
+        Some(DVector::from_column_slice(start.near()))
+    }
+
+    /// J and the outputs at a point that does not become the current one.
+    ///
+    /// # Errors
+    /// A point without a motion.
+    pub(super) fn try_at(&mut self, x: &[f64], time: f64) -> Result<(f64, Vec<f64>), Error> {
+        self.motion.start_at(time);
+        self.x.copy_from_slice(x);
+        let (others, n) = (x.len() - self.state(), self.motion.solver.system().n());
+        match &mut self.begin {
+            Begin::Independent(start) => {
+                self.own[..others].copy_from_slice(&x[..others]);
+                let inputs = self.motion.next_inputs(&self.own).clone();
+                let [q, p] = start.place(&x[others..], &inputs, &mut self.motion.solver)?;
+                self.own[others..others + n].copy_from_slice(q.as_slice());
+                self.own[others + n..].copy_from_slice(p.as_slice());
+            }
+            Begin::Given | Begin::State => self.own.copy_from_slice(x),
+        }
+        let mut found = vec![0.0; self.motion.outputs()];
+        Ok((self.motion.try_at(&self.own, &mut found)?, found))
+    }
+
+    /// Makes the last tried point the current one.
+    pub(super) fn settle(&mut self) {
+        self.motion.settle();
+        if let Begin::Independent(start) = &mut self.begin {
+            start.settle();
+        }
+    }
+
+    /// The gradient of a weighted sum of J, the outputs, and (q, v, p*) at the end.
+    ///
+    /// # Errors
+    /// A point without derivatives.
+    pub(super) fn gradient(
+        &mut self,
+        f_weight: f64,
+        (of_outputs, of_end): (&[f64], &[f64]),
+        gradient: &mut [f64],
+    ) -> Result<(), Error> {
+        let mut own = vec![0.0; self.own.len()];
+        self.motion.gradient_with_end(f_weight, (of_outputs, of_end), &mut own)?;
+        match &mut self.begin {
+            Begin::Independent(start) => start.pull_back_and_keep((self.motion.free(), &self.own), &own, gradient),
+            Begin::Given | Begin::State => {
+                gradient.copy_from_slice(&own);
+                Ok(())
+            }
+        }
+    }
+
+    /// The derivatives of outputs and of entries of (q, v, p*) at the end.
+    ///
+    /// # Errors
+    /// A point without derivatives.
+    pub(super) fn jacobian(&mut self, asked: &[Asked], jacobian: &mut DMatrix<f64>) -> Result<(), Error> {
+        let mut own = DMatrix::zeros(asked.len(), self.own.len());
+        self.motion.jacobian_of(asked, &mut own)?;
+        let Begin::Independent(start) = &mut self.begin else {
+            jacobian.copy_from(&own);
+            return Ok(());
+        };
+        let mut row = vec![0.0; self.places.len()];
+        for (k, own) in own.row_iter().enumerate() {
+            let own: Vec<f64> = own.iter().copied().collect();
+            start.pull_back((self.motion.free(), &self.own), &own, &mut row)?;
+            set_row(jacobian, k, &row);
+        }
+        Ok(())
+    }
+
+    /// The changes of the outputs and of (q, v, p*) at the end along a direction.
+    ///
+    /// # Errors
+    /// A point without derivatives.
+    pub(super) fn push_forward(&mut self, direction: &[f64]) -> Result<[Vec<f64>; 2], Error> {
+        let own = self.along(direction)?;
+        let mut change = vec![0.0; self.motion.outputs()];
+        self.motion.push_forward(&own, &mut change)?;
+        let is_zero = own.iter().all(|x| *x == 0.0);
+        let end = if is_zero { vec![0.0; 3 * self.motion.solver.system().n()] } else { self.motion.solver.change_of_end() };
+        Ok([change, end])
+    }
+
+    /// The product of the Hessian of the function differentiated last with a direction.
+    ///
+    /// # Errors
+    /// A point without second derivatives.
+    pub(super) fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        let along = self.along(direction)?;
+        let mut own = vec![0.0; along.len()];
+        self.motion.product(&along, &mut own)?;
+        match &mut self.begin {
+            Begin::Independent(start) => {
+                start.pull_back((self.motion.free(), &self.own), &own, product)?;
+                start.add_curvature(self.motion.free(), direction, product);
+            }
+            Begin::Given | Begin::State => product.copy_from_slice(&own),
+        }
+        Ok(())
+    }
+
+    /// The direction of the variables of the motion.
+    fn along(&mut self, direction: &[f64]) -> Result<Vec<f64>, Error> {
+        match &mut self.begin {
+            Begin::Independent(start) => start.push_forward((self.motion.free(), &self.own), direction),
+            Begin::Given | Begin::State => Ok(direction.to_vec()),
+        }
+    }
+}
+
+/// The fraction of a motion's duration between two nodes.
+fn share(inputs: &Inputs, (first, last): (usize, usize)) -> f64 {
+    let sum = |steps: &[f64]| steps.iter().sum::<f64>();
+    sum(&inputs.grid.steps[first..last]) / sum(&inputs.grid.steps)
+}
+
+/// The free quantities of a segment, and their variables in the whole problem; except for the first segment, without initial values.
+fn own_variables(free: &[Free], inputs: &Inputs, (first, last): (usize, usize)) -> (Vec<Free>, Vec<usize>) {
+    let (mut own, mut places, mut at) = (Vec::new(), Vec::new(), 0);
+    let share = share(inputs, (first, last));
+    for of in free {
+        match of.quantity {
+            Quantity::Control(_) => {
+                places.extend(at + first..=at + last);
+                own.push(of.clone());
+                at += inputs.grid.nodes();
+                continue;
+            }
+            Quantity::Duration => {
+                let Interval { least, most } = of.bounds;
+                own.push(Free { scale: of.scale * share, bounds: Interval::new(least * share, most * share), ..of.clone() });
+                places.push(at);
+            }
+            Quantity::Coordinate(_) | Quantity::Rate(_) if first > 0 => {}
+            _ => {
+                own.push(of.clone());
+                places.push(at);
+            }
+        }
+        at += 1;
+    }
+    (own, places)
+}
+
+/// The inputs between two nodes; except for the first segment, momenta are given.
+fn own_inputs(system: &System, inputs: &Inputs, (first, last): (usize, usize)) -> Inputs {
+    let mut own = inputs.clone();
+    own.grid = inputs.grid.part(first, last);
+    own.controls = inputs.controls.columns(first, last - first + 1).into_owned();
+    if first > 0 {
+        own.start = Start::Momentum { q: inputs.start.q().clone(), p_star: DVector::zeros(system.n()) };
+    }
+    own
+}
