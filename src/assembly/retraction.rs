@@ -31,6 +31,8 @@ const MOST_CORRECTIONS: usize = 30;
 const ROUNDING: f64 = 1e-14;
 /// A correction that stops shrinking is rounding below this fraction.
 const STALLED: f64 = 1e-10;
+/// Factor of the derivatives by coordinates that should not become dependent ones.
+const UNWANTED: f64 = 1e-3;
 
 /// The state for independent coordinates, with workspace for its derivatives.
 pub(crate) struct Retraction {
@@ -92,6 +94,20 @@ impl Columns {
 }
 
 impl Retraction {
+    /// Independent coordinates at the start of inputs that satisfies the constraints, if possible the preferred ones.
+    pub(crate) fn choose(system: &System, preferred: &[usize], inputs: &Inputs) -> Vec<usize> {
+        let (q, v, sigma) = (inputs.start.q().as_slice(), vec![0.0; system.n()], vec![0.0; system.m()]);
+        let parameters = system.parameters().values(inputs.design.as_slice());
+        let at = NodeView::of_equations([q, &v, &sigma], (inputs.controls_at(0), inputs.grid.start, &parameters));
+        let weight = |i: &usize| if preferred.contains(i) { UNWANTED } else { 1.0 };
+        let mut phi_q = DMatrix::zeros(system.m(), system.n());
+        let is_closed = |row: usize| !inputs.open.iter().any(|of| of.index() == row);
+        let entries = system.phi_q(&at).into_iter().filter(|entry| is_closed(entry.row));
+        entries.for_each(|entry| phi_q[(entry.row, entry.col)] += entry.value * weight(&entry.col));
+        let dependent: Vec<usize> = pivots(phi_q).into_iter().map(|[_, column]| column).collect();
+        (0..system.n()).filter(|i| !dependent.contains(i)).collect()
+    }
+
     /// The retraction for a selection of independent coordinates, near the coordinates of inputs that satisfy the constraints.
     ///
     /// # Errors

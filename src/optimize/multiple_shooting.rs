@@ -14,7 +14,7 @@ use super::segment::Segment;
 use super::sizes::Sizes;
 use super::variables::Variables;
 use crate::motion::{Progress, Watch};
-use crate::{EndState, Error, Inputs, Output, Settings, System};
+use crate::{Coordinate, Error, Inputs, Output, Settings, System};
 
 /// A continuity condition: its row, the entry of (q, v, p\*) at the end of a segment, and the variable of the next one's start that equals it.
 pub(super) struct Joint {
@@ -69,7 +69,10 @@ pub struct MultipleShooting {
     /// The inputs given at construction, or of the last successful evaluation.
     inputs: Inputs,
     x: Vec<f64>,
-    pub(super) states: Vec<EndState>,
+    /// The independent coordinates at the start of the segments.
+    states: Vec<Coordinate>,
+    /// The entries of (q, v, p\*) at the end of a segment that the variables of the next one's start equal.
+    pub(super) entries: Vec<usize>,
     names: Vec<String>,
     /// For each output, true if all segments contribute to it, false if only the last one does.
     pub(super) running: Vec<bool>,
@@ -86,17 +89,18 @@ impl MultipleShooting {
     /// Invalid inputs and starts, as for a [`MotionProblem`]; more segments than (macro) steps, or none; states that are too few, repeated
     /// or of another scene; controls on coarser knots, or free single step lengths; terminal costs, or outputs that mix terminal values and
     /// sums; with constraints, costs on σ, p\* or ṗ\*; a free duration if anything depends on time explicitly.
-    pub fn new(
+    pub fn new<C: Copy + Into<Coordinate>>(
         system: &System,
         settings: Settings,
         inputs: Inputs,
         free: Vec<Free>,
-        states: &[EndState],
+        states: &[C],
         segments: usize,
     ) -> Result<Self, Error> {
+        let states: Vec<Coordinate> = states.iter().map(|state| (*state).into()).collect();
         let whole = Variables::new(system, &inputs, free.clone())?;
-        let running = accepted::running_outputs(system)?;
-        accepted::check(system, &inputs, &free, states, segments)?;
+        let running = accepted::running_outputs(system);
+        accepted::check(system, &inputs, &free, &states, segments)?;
         check_reading_times(system, &inputs, &free)?;
         let of_macro_steps: Vec<usize> = inputs.grid.macro_ends().collect();
         // Cut k is after k/segments of the macro steps, rounded down, so that cuts are in order; remaining steps belong to the last segment.
@@ -107,20 +111,20 @@ impl MultipleShooting {
         let mut all = Vec::with_capacity(segments);
         for (first, last) in ends {
             if first > 0 {
-                let of = |q: &EndState| {
-                    ["", "rate of "]
-                        .map(|of| format!("{of}{} at node {first}", system.coordinate_name(q.coordinate.index())))
+                let of = |q: &Coordinate| {
+                    ["", "rate of "].map(|of| format!("{of}{} at node {first}", system.coordinate_name(q.index())))
                 };
                 names.extend(states.iter().flat_map(of));
             }
-            all.push(Segment::new((system, settings), &inputs, &free, states, (first, last), &mut next)?);
+            all.push(Segment::new((system, settings), &inputs, &free, &states, (first, last), &mut next)?);
         }
         let mut constraints = default_constraints(system);
         constraints.resize(running.len() + 2 * states.len() * (segments - 1), Interval::ZERO);
-        let (states, minimised, mut x) = (states.to_vec(), vec![false; running.len()], whole.of(&inputs));
+        let entries = states.iter().flat_map(|q| [q.index(), system.n() + q.index()]).collect();
+        let (minimised, mut x) = (vec![false; running.len()], whole.of(&inputs));
         let still = DVector::zeros(system.n());
         all[1..].iter_mut().for_each(|segment| x.extend(segment.guess(inputs.start.q(), &still)));
-        Ok(MultipleShooting { segments: all, whole, inputs, x, states, names, running, constraints, minimised })
+        Ok(MultipleShooting { segments: all, whole, inputs, x, states, entries, names, running, constraints, minimised })
     }
 
     /// Sets the guess of the initial states of the segments: `of` receives the node, and modifies q and v.
@@ -133,7 +137,7 @@ impl MultipleShooting {
             let Some(mut q) = segment.near() else { continue };
             let mut v = DVector::zeros(q.len());
             for (which, place) in self.states.iter().zip(segment.start_places().chunks(2)) {
-                let i = which.coordinate.index();
+                let i = which.index();
                 (q[i], v[i]) = (self.x[place[0]], self.x[place[1]]);
             }
             of(segment.first, &mut q, &mut v);
@@ -182,6 +186,37 @@ impl MultipleShooting {
         self.x.clone()
     }
 
+    /// Replaces the independent coordinates at the starts of the segments by q and p\*, so that the segments become a single motion once they
+    /// meet. Each starts with the drift and the multipliers of the end of the previous one. Returns the variables.
+    ///
+    /// # Errors
+    /// A segment without a motion.
+    pub(super) fn join(&mut self) -> Result<Vec<f64>, Error> {
+        let (n, whole, times) = (self.system().n(), self.whole.len(), self.inputs.grid.times());
+        let mut x = self.x.clone();
+        for k in 1..self.segments.len() {
+            let end = self.segments[k - 1].motion.solver.end_of_constraints();
+            let segment = &mut self.segments[k];
+            let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
+            segment.continue_from(end);
+            segment.try_at(&own, times[segment.first])?;
+            segment.settle();
+        }
+        x.truncate(whole);
+        self.names.truncate(whole);
+        for segment in &mut self.segments[1..] {
+            x.extend(segment.use_state(x.len()));
+            let all = ["", "p* of "].into_iter().flat_map(|of| (0..n).map(move |i| (of, i)));
+            let (system, first) = (segment.motion.solver.system(), segment.first);
+            self.names.extend(all.map(|(of, i)| format!("{of}{} at node {first}", system.coordinate_name(i))));
+        }
+        self.entries = (0..n).chain(2 * n..3 * n).collect();
+        self.constraints.truncate(self.running.len());
+        self.constraints.resize(self.running.len() + self.entries.len() * (self.segments.len() - 1), Interval::ZERO);
+        self.x.clone_from(&x);
+        Ok(x)
+    }
+
     /// The inputs of a single motion over all segments at a point.
     ///
     /// # Panics
@@ -214,11 +249,9 @@ impl MultipleShooting {
 
     /// Continuity conditions between the end of a segment and the start of the next one: row, entry of (q, v, p\*) at the end, and variable.
     pub(super) fn joints(&self, segment: usize) -> impl Iterator<Item = Joint> + use<'_> {
-        let row = self.running.len() + 2 * self.states.len() * segment;
+        let row = self.running.len() + self.entries.len() * segment;
         let starts = self.segments.get(segment + 1).map_or(&[][..], Segment::start_places);
-        let n = self.system().n();
-        let ends = self.states.iter().flat_map(move |state| [0, n].map(|first| first + state.coordinate.index()));
-        ends.zip(starts).enumerate().map(move |(k, (end, start))| Joint { row: row + k, end, start: *start })
+        self.entries.iter().copied().zip(starts).enumerate().map(move |(k, (end, start))| Joint { row: row + k, end, start: *start })
     }
 
     /// True if a segment contributes to an output.

@@ -20,6 +20,12 @@ pub struct EndState {
     pub rate: Output,
 }
 
+impl From<EndState> for Coordinate {
+    fn from(state: EndState) -> Self {
+        state.coordinate
+    }
+}
+
 impl EndState {
     /// The names of both outputs for the coordinate with the given name.
     pub(super) fn names(coordinate: &str) -> [String; 2] {

@@ -19,6 +19,14 @@ impl Solver {
         end_of(self.trajectory(), self.trajectory().last())
     }
 
+    /// Φ, m or rad, and σ, N s or N m s, at the last node.
+    pub(crate) fn end_of_constraints(&self) -> [Vec<f64>; 2] {
+        let mut phi = vec![0.0; self.system.m()];
+        let at = self.forward.motion.at(self.trajectory().last());
+        self.system.phi(&at, &mut phi);
+        [phi, at.sigma.to_vec()]
+    }
+
     /// The changes of q, v and p* at the last node along the last direction of [`push_forward`](Self::push_forward).
     pub(crate) fn change_of_end(&self) -> Vec<f64> {
         let change = self.products.as_ref().map(|products| products.change());

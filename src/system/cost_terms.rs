@@ -22,6 +22,12 @@ impl System {
         self.0.costs.terms().filter(move |term| term.output == output).map(|term| (term.sum, term.name))
     }
 
+    /// The coordinates that the terms of an output (0 for J) are connected to.
+    pub(crate) fn coordinates_of(&self, output: usize) -> Vec<usize> {
+        let terms = self.0.costs.terms().filter(move |term| term.output == output);
+        terms.flat_map(|term| term.to.q.iter().copied()).collect()
+    }
+
     /// The name of an element or a cost that may depend explicitly on time.
     pub(crate) fn timed(&self) -> Option<&str> {
         let mut elements = self.0.formulas.elements.iter().filter(|element| element.formula.timed);

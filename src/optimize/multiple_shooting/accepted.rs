@@ -1,44 +1,22 @@
 //! Validation of the sums, states and variables for multiple shooting.
 
 use super::super::free::{Free, Quantity};
-use crate::{EndState, Error, Inputs, Mechanics, Sum, System};
+use crate::{Coordinate, Error, Inputs, Mechanics, Sum, System};
 
-/// For each output, true if all segments contribute to it, because it is a sum over nodes or time.
-pub(super) fn running_outputs(system: &System) -> Result<Vec<bool>, Error> {
-    let refuse = |name: &str, why| Err(Error::NotInSegments { what: format!("`{name}`"), why });
-    if let Some((_, name)) = system.sums(0).find(|(sum, _)| *sum == Sum::Terminal) {
-        return refuse(
-            name,
-            "each cost must be a sum over nodes or time; for a terminal cost, use an output and call `minimise` for it, or evaluate the cost at the last node, N: `Sum::Node(N)`",
-        );
-    }
-    let mut all = Vec::with_capacity(system.outputs());
-    for k in 0..system.outputs() {
-        let (mut running, mut terminal) = (false, false);
-        for (sum, _) in system.sums(1 + k) {
-            running |= sum != Sum::Terminal;
-            terminal |= sum == Sum::Terminal;
-        }
-        if running && terminal {
-            return refuse(
-                system.output_name(k),
-                "each output must be either a sum over nodes or time, or a terminal value; evaluate the terminal term at the last node, N: `Sum::Node(N)` instead of `Sum::Terminal`",
-            );
-        }
-        all.push(running);
-    }
-    Ok(all)
+/// For each output, true if segments before the last one may contribute to it.
+pub(super) fn running_outputs(system: &System) -> Vec<bool> {
+    let is_running = |k: usize| system.sums(1 + k).any(|(sum, _)| sum != Sum::Terminal);
+    (0..system.outputs()).map(is_running).collect()
 }
 
 /// Rejects states that do not determine the start of a segment.
-fn check_states(system: &System, inputs: &Inputs, states: &[EndState]) -> Result<(), Error> {
-    for (k, state) in states.iter().enumerate() {
-        let q = state.coordinate;
+fn check_states(system: &System, inputs: &Inputs, states: &[Coordinate]) -> Result<(), Error> {
+    for (k, &q) in states.iter().enumerate() {
         if !system.owns(q.0) {
-            return Err(Error::NoSuchInput { input: format!("the end state of coordinate {}", q.index()) });
+            return Err(Error::NoSuchInput { input: format!("the state of coordinate {}", q.index()) });
         }
-        if states[..k].iter().any(|other| other.coordinate == q) {
-            let what = format!("the number of end states of `{}`", system.coordinate_name(q.index()));
+        if states[..k].contains(&q) {
+            let what = format!("the number of states of `{}`", system.coordinate_name(q.index()));
             return Err(Error::Parameter { what, value: 2.0, must_be: "1" });
         }
     }
@@ -49,7 +27,7 @@ fn check_states(system: &System, inputs: &Inputs, states: &[EndState]) -> Result
         _ => Mechanics::at_start(system, inputs).map_or(fewest, |at| at.degrees_of_freedom()),
     };
     if states.len() < freedoms {
-        let (what, value) = ("the number of end states (`Scene::end_state`)".to_string(), states.len() as f64);
+        let (what, value) = ("the number of states".to_string(), states.len() as f64);
         return Err(Error::Parameter { what, value, must_be: "at least the number of degrees of freedom" });
     }
     Ok(())
@@ -60,7 +38,7 @@ pub(super) fn check(
     system: &System,
     inputs: &Inputs,
     free: &[Free],
-    states: &[EndState],
+    states: &[Coordinate],
     segments: usize,
 ) -> Result<(), Error> {
     let steps = inputs.grid.macro_ends().count();

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::super::variables::Variables;
 use crate::assembly::{Columns, Retraction};
 use crate::motion::indices;
-use crate::{Coordinate, EndState, Error, Held, Inputs, Solver, Start, System};
+use crate::{Coordinate, Error, Held, Inputs, Solver, Start, System};
 
 /// The start (q, p*) of a segment, whose motion has the variables (others, q, p*) where the segment has (others, ζ_1, ω_1, ζ_2, …).
 pub(in super::super) struct IndependentStart {
@@ -35,9 +35,9 @@ impl std::fmt::Debug for IndependentStart {
 }
 
 impl IndependentStart {
-    pub(super) fn new(system: &System, states: &[EndState], inputs: &Inputs) -> Result<Self, Error> {
-        let coordinates: Vec<Coordinate> = states.iter().map(|state| state.coordinate).collect();
-        let retraction = Retraction::new(system, &indices(&coordinates), inputs)?;
+    pub(super) fn new(system: &System, coordinates: &[Coordinate], inputs: &Inputs) -> Result<Self, Error> {
+        let retraction = Retraction::new(system, &indices(coordinates), inputs)?;
+        let coordinates = coordinates.to_vec();
         Ok(IndependentStart { retraction, coordinates, near: inputs.start.q().as_slice().to_vec(), derived: None })
     }
 
@@ -54,6 +54,11 @@ impl IndependentStart {
     /// The coordinates near which the start is sought.
     pub(super) fn near(&mut self) -> &mut Vec<f64> {
         &mut self.near
+    }
+
+    /// Continues a motion whose constraints have this drift and these multipliers at its end.
+    pub(super) fn continue_from(&mut self, [drift, gauge]: [Vec<f64>; 2]) {
+        (self.retraction.drift, self.retraction.gauge) = (drift, gauge);
     }
 
     /// (q, p*) for z.

@@ -9,7 +9,7 @@ use super::motion_problem::MotionProblem;
 use super::problem::{Interval, Problem, set_row};
 use super::variables::Variables;
 use crate::solver::Asked;
-use crate::{EndState, Error, Inputs, Settings, Start, System};
+use crate::{Coordinate, Error, Inputs, Settings, Start, System};
 use independent::IndependentStart;
 
 /// The problem of a part of a motion, and its place in the whole problem.
@@ -47,7 +47,7 @@ impl Segment {
         (system, settings): (&System, Settings),
         whole: &Inputs,
         free: &[Free],
-        states: &[EndState],
+        states: &[Coordinate],
         (first, last): (usize, usize),
         next: &mut usize,
     ) -> Result<Self, Error> {
@@ -121,6 +121,23 @@ impl Segment {
         }
         let mut found = vec![0.0; self.motion.outputs()];
         Ok((self.motion.try_at(&self.own, &mut found)?, found))
+    }
+
+    /// Continues the motion before, whose constraints have this drift and these multipliers at its end.
+    pub(super) fn continue_from(&mut self, end: [Vec<f64>; 2]) {
+        if let Begin::Independent(start) = &mut self.begin {
+            start.continue_from(end);
+        }
+    }
+
+    /// Makes q and p* the variables of the start, with indices from `next` on in the whole problem, and returns their values.
+    pub(super) fn use_state(&mut self, next: usize) -> Vec<f64> {
+        let (others, n) = (self.places.len() - self.state(), self.motion.solver.system().n());
+        self.begin = Begin::State;
+        self.places.truncate(others);
+        self.places.extend(next..next + 2 * n);
+        self.x.clone_from(&self.own);
+        self.own[others..].to_vec()
     }
 
     /// Makes the last tried point the current one.

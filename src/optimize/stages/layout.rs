@@ -38,7 +38,7 @@ pub(super) struct Layout {
 impl Layout {
     pub(super) fn new(of: &MultipleShooting) -> Self {
         let count = |kind: Kind| of.whole.free().iter().filter(|of| Kind::of(&of.quantity) == kind).count();
-        let counts = [2 * of.states.len(), count(Kind::Control), count(Kind::Other)];
+        let counts = [of.entries.len(), count(Kind::Control), count(Kind::Other)];
         let first_sum = counts.iter().sum::<usize>();
         let (owners, bounds_of) = (owners(of), of.whole.bounds());
         let asked: Vec<usize> = (0..owners.len()).filter(|&output| of.constraints[output] != Interval::FREE).collect();

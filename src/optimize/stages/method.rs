@@ -48,11 +48,11 @@ pub(super) struct Errors {
 }
 
 impl<'p> Method<'p> {
-    /// The method at a start, which is moved inside its bounds.
+    /// The method at a start, which is moved inside its bounds, with the first μ.
     ///
     /// # Errors
     /// A point without values or derivatives.
-    pub(super) fn new(problem: &'p mut dyn Staged, v: &[DVector<f64>]) -> Result<Self, Error> {
+    pub(super) fn new(problem: &'p mut dyn Staged, v: &[DVector<f64>], mu: f64) -> Result<Self, Error> {
         let shape = problem.shape();
         let mut first = vec![0];
         first.extend(shape.bounds.iter().scan(0, |end, of| {
@@ -70,7 +70,7 @@ impl<'p> Method<'p> {
         y.iter_mut().zip(&bounds).for_each(|(y, of)| *y = of.nearest(*y));
         let mut barrier = Barrier::of(bounds);
         barrier.unit = y.iter().fold(1.0f64, |most, x| most.max(x.abs()));
-        barrier.move_variables(&mut y, INSIDE);
+        barrier.move_variables(&mut y, INSIDE.min(mu));
         let multipliers = Multipliers::zeros(shape);
         let values = Values { cost: f64::INFINITY, next: Vec::new(), rows: Vec::new() };
         let linear = Vec::new();
@@ -88,6 +88,9 @@ impl<'p> Method<'p> {
             shift: 0.0,
         };
         method.begin()?;
+        if method.barrier.is_there() {
+            method.barrier.set(mu, &method.y);
+        }
         Ok(method)
     }
 

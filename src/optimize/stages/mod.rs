@@ -17,7 +17,7 @@ use super::{Options, Outcome, Reason, Watcher};
 use crate::Error;
 use method::Method;
 use problem::{Counts, Multipliers, Staged};
-use run::Run;
+use run::{FIRST_MU, Run};
 use shooting::Segments;
 
 /// Minimises f(x) of multiple shooting by a primal-dual interior-point method with a filter, whose Newton steps are computed segment by segment.
@@ -37,12 +37,25 @@ pub fn stages(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
+    stages_from(problem, (start, FIRST_MU), options, watch)
+}
+
+/// As [`stages`], with a first μ: small if the start is almost a minimum.
+///
+/// # Errors
+/// As `stages`.
+pub(super) fn stages_from(
+    problem: &mut MultipleShooting,
+    (start, mu): (&[f64], f64),
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Outcome, Error> {
     options.fit(problem, start)?;
     let mut segments = Segments::new(problem);
     let mut run = Run::new(options, watch);
     let (mut v, mut reason) = (segments.point(start), Reason::NoStart);
     let mut multipliers = Multipliers::zeros(segments.shape());
-    match segments.with_sums(&mut v).and_then(|()| Method::new(&mut segments, &v)) {
+    match segments.with_sums(&mut v).and_then(|()| Method::new(&mut segments, &v, mu)) {
         Err(error @ Error::NoSecondDerivatives { .. }) => return Err(error),
         Err(error) => {
             run.fail(error);

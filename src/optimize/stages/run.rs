@@ -9,7 +9,7 @@ use super::search::{Trial, search, trial};
 use crate::Error;
 
 /// The first μ, and how it decreases: to the smaller of `LESS` μ and μ^`POWER` once errors are below `SOLVED` μ, to `LAST_MU` of the tolerance.
-const FIRST_MU: f64 = 0.1;
+pub(super) const FIRST_MU: f64 = 0.1;
 const LESS: f64 = 0.2;
 const POWER: f64 = 1.5;
 const SOLVED: f64 = 10.0;
@@ -61,9 +61,6 @@ impl<'o, 'w> Run<'o, 'w> {
     /// # Errors
     /// A problem without second derivatives.
     pub(super) fn iterate(&mut self, method: &mut Method<'_>) -> Result<Reason, Error> {
-        if method.barrier.is_there() {
-            method.barrier.set(FIRST_MU, &method.y);
-        }
         let mut filter = Filter::new(method.pair(&method.y, &method.values));
         let (mut is_estimated, mut moved) = (true, 0.0);
         loop {

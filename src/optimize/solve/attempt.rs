@@ -1,0 +1,89 @@
+//! An attempt in segments: from a guess of the states to a minimum of the problem as one motion.
+
+use super::super::problem::{Problem, largest_violation};
+use super::super::stages::{stages, stages_from};
+use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Watcher, interior_point};
+use super::guess::Line;
+use crate::Error;
+
+/// The first μ for joined segments.
+const JOINED_MU: f64 = 1e-6;
+/// The largest number of iterations of joined segments.
+const MOST_JOINED: usize = 50;
+
+/// Solves the problem in a number of segments, and then as one motion; `None` if it cannot be divided. The problem is left with the motion of the
+/// result.
+///
+/// # Errors
+/// A problem without Hessian products.
+pub(super) fn in_segments(
+    problem: &mut MotionProblem,
+    (line, segments): (&Line, usize),
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Option<Outcome>, Error> {
+    let (system, settings) = (problem.solver.system().clone(), problem.solver.settings());
+    let (start, inputs, free) = (problem.start(), problem.inputs_at(&problem.start()), problem.free().free().to_vec());
+    let built = MultipleShooting::new(&system, settings, inputs, free, &line.coordinates, segments);
+    let Ok(mut shooting) = built else { return Ok(None) };
+    for (k, interval) in problem.constraints().into_iter().enumerate() {
+        shooting.constrain(system.output(k), interval);
+    }
+    shooting.guess(|node, q, v| {
+        q.copy_from(&line.q.column(node));
+        v.copy_from(&line.v.column(node));
+    })?;
+    // The first variables are those of the problem.
+    let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
+    let from = shooting.start();
+    let found = stages(&mut shooting, &from, options, &mut only)?;
+    if !found.reason.is_converged() {
+        return Ok(Some(restated(problem, found, &start)));
+    }
+    let joined = match system.m() {
+        0 => Ok(None),
+        _ => shooting.join().map(Some),
+    };
+    let found = match joined {
+        Ok(None) => found,
+        Ok(Some(x)) => {
+            let few = Options { iterations: options.iterations.min(MOST_JOINED), ..*options };
+            let joined = stages_from(&mut shooting, (&x, JOINED_MU), &few, &mut only)?;
+            sum(found, joined)
+        }
+        Err(error) => Outcome { reason: Reason::NoStart, first_failure: Some(error), ..found },
+    };
+    let one = restated(problem, found, &start);
+    if one.reason.is_converged() && one.violation <= options.violation || one.reason == Reason::Interrupted {
+        return Ok(Some(one));
+    }
+    let x = one.x.clone();
+    let polished = interior_point(problem, &x, options, watch)?;
+    Ok(Some(sum(one, polished)))
+}
+
+/// The outcome as that of the problem, which is left at its point.
+fn restated(problem: &mut MotionProblem, found: Outcome, start: &[f64]) -> Outcome {
+    let x = found.x[..start.len()].to_vec();
+    let intervals = problem.constraints();
+    let mut constraints = vec![f64::INFINITY; intervals.len()];
+    let value = problem.evaluate(&x, &mut constraints).unwrap_or(f64::INFINITY);
+    let violation = largest_violation(&intervals, &constraints);
+    let multipliers = found.multipliers[..intervals.len()].to_vec();
+    Outcome { x, value, constraints, violation, multipliers, warnings: problem.warnings(), ..found }
+}
+
+/// The later outcome, with the counts and the history of both.
+fn sum(first: Outcome, later: Outcome) -> Outcome {
+    Outcome {
+        iterations: first.iterations + later.iterations,
+        evaluations: first.evaluations + later.evaluations,
+        gradients: first.gradients + later.gradients,
+        products: first.products + later.products,
+        history: first.history.into_iter().chain(later.history).collect(),
+        halved: first.halved + later.halved,
+        failures: first.failures + later.failures,
+        first_failure: first.first_failure.or(later.first_failure),
+        ..later
+    }
+}

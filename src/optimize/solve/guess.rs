@@ -1,0 +1,190 @@
+//! [`Guess`]: states of a motion from which [`solve`](super::solve()) starts.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::problem::{Interval, Problem};
+use super::super::segment::Segment;
+use super::super::MotionProblem;
+use crate::assembly::Retraction;
+use crate::motion::check_size;
+use crate::solver::Asked;
+use crate::{Coordinate, Error, Inputs, Settings, Solver, Sum, System};
+
+/// Newton's method for the end ends after this many iterations, each with at most so many halvings, or at residuals below `CLOSE`.
+const ITERATIONS: usize = 50;
+const HALVINGS: i32 = 10;
+const CLOSE: f64 = 1e-10;
+/// Singular values below this fraction of the largest one are zero.
+const RANK: f64 = 1e-8;
+
+/// A guess of the states of a motion.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Guess {
+    /// A straight line in independent coordinates, from the start to the nearest state for which the outputs that are terminal values have the
+    /// values that equalities ask for.
+    #[default]
+    Straight,
+    /// Coordinates and velocities at all nodes, n × (N + 1) each; independent ones are used, the others follow from the constraints.
+    States {
+        /// q, m or rad.
+        q: DMatrix<f64>,
+        /// v, m/s or rad/s.
+        v: DMatrix<f64>,
+    },
+    /// The motion of the inputs of the problem, without segments.
+    Inputs,
+}
+
+/// Independent coordinates, and states at all nodes.
+pub(super) struct Line {
+    pub(super) coordinates: Vec<Coordinate>,
+    pub(super) q: DMatrix<f64>,
+    pub(super) v: DMatrix<f64>,
+}
+
+impl Line {
+    /// The states of a guess; `None` if there is no consistent start.
+    ///
+    /// # Errors
+    /// States of wrong size or not finite.
+    pub(super) fn new(problem: &MotionProblem, guess: &Guess) -> Result<Option<Self>, Error> {
+        let (system, settings) = (problem.solver.system(), problem.solver.settings());
+        let inputs = problem.inputs_at(&problem.start());
+        let nodes = inputs.grid.nodes();
+        if let Guess::States { q, v } = guess {
+            for (what, of) in [("the coordinates of a guess", q), ("the velocities of a guess", v)] {
+                check_size(what, system.n(), of.nrows())?;
+                check_size(what, nodes, of.ncols())?;
+                if let Some(&value) = of.iter().find(|x| !x.is_finite()) {
+                    return Err(Error::NotFinite { what: what.into(), value });
+                }
+            }
+        }
+        let Some([q0, v0]) = start_of(system, settings, &inputs) else { return Ok(None) };
+        let ends = ends(problem);
+        let preferred: Vec<usize> = ends.iter().flat_map(|(output, _)| system.coordinates_of(1 + output)).collect();
+        let mut at = inputs.clone();
+        at.start.q_mut().copy_from(&q0);
+        let chosen = Retraction::choose(system, &preferred, &at);
+        let coordinates: Vec<Coordinate> = chosen.iter().map(|&i| system.coordinate(i)).collect();
+        let Ok(mut pose) = Pose::new(system, settings, &at, &coordinates) else { return Ok(None) };
+        let times = inputs.grid.times();
+        let z0 = pose.guess(&q0, &v0);
+        let z = match guess {
+            Guess::States { q, v } => {
+                let of = |i: usize, node: usize| if i % 2 == 0 { q[(chosen[i / 2], node)] } else { v[(chosen[i / 2], node)] };
+                DMatrix::from_fn(z0.len(), nodes, of)
+            }
+            _ => straight(&z0, &pose.end(&z0, times[nodes - 1], &ends), &times),
+        };
+        pose.guess(&q0, &v0);
+        let (mut q, mut v) = (DMatrix::zeros(system.n(), nodes), DMatrix::zeros(system.n(), nodes));
+        for (node, z) in z.column_iter().enumerate() {
+            let z: Vec<f64> = z.iter().copied().collect();
+            // Poses that cannot be assembled are like the last one that could.
+            let [mut here, mut rates] = pose.at(&z, times[node]).unwrap_or_else(|_| pose.last(&q0));
+            for (&i, z) in chosen.iter().zip(z.chunks(2)) {
+                (here[i], rates[i]) = (z[0], z[1]);
+            }
+            q.set_column(node, &here);
+            v.set_column(node, &rates);
+        }
+        Ok(Some(Line { coordinates, q, v }))
+    }
+}
+
+/// A straight line between two states, with its own rates, at these times.
+fn straight(start: &[f64], end: &[f64], times: &[f64]) -> DMatrix<f64> {
+    let (first, duration) = (times[0], times[times.len() - 1] - times[0]);
+    DMatrix::from_fn(start.len(), times.len(), |i, node| {
+        let change = end[i - i % 2] - start[i - i % 2];
+        let passed = if duration == 0.0 { 0.0 } else { (times[node] - first) / duration };
+        match i % 2 {
+            0 => start[i] + passed * change,
+            _ if duration == 0.0 => 0.0,
+            _ => change / duration,
+        }
+    })
+}
+
+/// The outputs that are terminal values and must have given values.
+fn ends(problem: &MotionProblem) -> Vec<(usize, f64)> {
+    let system = problem.solver.system();
+    let is_terminal = |k: usize| system.sums(1 + k).all(|(sum, _)| sum == Sum::Terminal);
+    let of = |(k, interval): (usize, Interval)| (interval.is_equality() && is_terminal(k)).then_some((k, interval.least));
+    problem.constraints().into_iter().enumerate().filter_map(of).collect()
+}
+
+/// q and v at the start of a motion, if there is a consistent one.
+fn start_of(system: &System, settings: Settings, inputs: &Inputs) -> Option<[DVector<f64>; 2]> {
+    let mut solver = Solver::new(system, settings);
+    let mut own = inputs.clone();
+    own.grid = inputs.grid.part(0, 0);
+    own.controls = inputs.controls.columns(0, 1).into_owned();
+    own.events.clear();
+    let motion = solver.simulate(&own).ok()?;
+    Some([&motion.q, &motion.v].map(|of| of.column(0).into_owned()))
+}
+
+/// A state with the outputs that are terminal values: the end of the motion as a segment without steps.
+struct Pose {
+    segment: Segment,
+    last: Option<DVector<f64>>,
+}
+
+impl Pose {
+    fn new(system: &System, settings: Settings, inputs: &Inputs, states: &[Coordinate]) -> Result<Self, Error> {
+        let (mut own, last) = (inputs.clone(), inputs.grid.steps.len());
+        own.events.clear();
+        let segment = Segment::new((system, settings), &own, &[], states, (last, last), &mut 0)?;
+        Ok(Pose { segment, last: None })
+    }
+
+    fn guess(&mut self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<f64> {
+        self.segment.guess(q, v)
+    }
+
+    /// q and v for z, near those of the last call.
+    fn at(&mut self, z: &[f64], time: f64) -> Result<[DVector<f64>; 2], Error> {
+        self.segment.try_at(z, time)?;
+        self.segment.settle();
+        let motion = self.segment.motion.solver.trajectory();
+        let [q, v] = [&motion.q, &motion.v].map(|of| of.column(0).into_owned());
+        self.last = Some(q.clone());
+        Ok([q, v])
+    }
+
+    /// The last coordinates, at rest.
+    fn last(&self, first: &DVector<f64>) -> [DVector<f64>; 2] {
+        [self.last.clone().unwrap_or_else(|| first.clone()), DVector::zeros(first.len())]
+    }
+
+    /// z near z₀ for which outputs have given values, or as nearly as Newton's method finds them.
+    fn end(&mut self, z0: &[f64], time: f64, ends: &[(usize, f64)]) -> Vec<f64> {
+        let asked: Vec<Asked> = ends.iter().map(|(output, _)| Asked::Output(*output)).collect();
+        let left = |segment: &mut Segment, z: &DVector<f64>| {
+            let (_, found) = segment.try_at(z.as_slice(), time).ok()?;
+            Some(DVector::from_iterator(ends.len(), ends.iter().map(|(output, value)| found[*output] - value)))
+        };
+        let segment = &mut self.segment;
+        let mut z = DVector::from_column_slice(z0);
+        let Some(mut r) = left(segment, &z) else { return z0.to_vec() };
+        for _ in 0..ITERATIONS {
+            segment.settle();
+            let mut jacobian = DMatrix::zeros(ends.len(), z.len());
+            if r.amax() < CLOSE || segment.jacobian(&asked, &mut jacobian).is_err() {
+                break;
+            }
+            let svd = jacobian.svd(true, true);
+            let Ok(step) = svd.solve(&r, RANK * svd.singular_values.max()) else { break };
+            let shares = (0..HALVINGS).map(|k| 0.5f64.powi(k));
+            let tried = shares.map(|share| &z - share * &step).find_map(|next| {
+                let after = left(segment, &next)?;
+                (after.norm() < r.norm()).then_some((next, after))
+            });
+            let Some((next, after)) = tried else { break };
+            (z, r) = (next, after);
+        }
+        z.as_slice().to_vec()
+    }
+}

@@ -1,0 +1,47 @@
+//! [`Solved`]: the result of [`solve`](super::solve()), with what was tried.
+
+use std::fmt;
+
+use super::super::{Outcome, Reason};
+
+/// The result of [`solve`](super::solve()).
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// The outcome for the problem as stated.
+    pub outcome: Outcome,
+    /// What was tried, in this order.
+    pub attempts: Vec<Attempt>,
+}
+
+/// One of the ways that were tried.
+#[derive(Clone, Debug)]
+pub struct Attempt {
+    /// The way.
+    pub what: String,
+    /// How it ended.
+    pub reason: Reason,
+    /// J at its end.
+    pub value: f64,
+    /// The largest violation of a constraint at its end.
+    pub violation: f64,
+    /// The number of its iterations.
+    pub iterations: usize,
+}
+
+impl Attempt {
+    pub(super) fn of(what: String, outcome: &Outcome) -> Self {
+        let Outcome { reason, value, violation, iterations, .. } = *outcome;
+        Attempt { what, reason, value, violation, iterations }
+    }
+}
+
+/// A table of what was tried.
+impl fmt::Display for Solved {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        writeln!(f, "{:<16} {:>10} {:>14} {:>10}  end", "tried", "iterations", "J", "violation")?;
+        for Attempt { what, reason, value, violation, iterations } in &self.attempts {
+            writeln!(f, "{what:<16} {iterations:>10} {value:>14.6e} {violation:>10.1e}  {reason}")?;
+        }
+        Ok(())
+    }
+}
