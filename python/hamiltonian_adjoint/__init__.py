@@ -25,6 +25,7 @@ from ._errors import Error, FileError, InputError, MotionError, MotionWarning, O
 from ._estimate import Derivative, Estimate, estimate
 from ._expression import Condition, Expression, Symbol, maximum, minimum, t, where
 from ._free import Free, free, step_length
+from ._functions_of_time import constant, constant_speed, harmonic
 from ._grid import graded_steps, steps_through
 from ._hamiltonian_adjoint import __version__
 from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event, Group, Joint, Marker, Output, Particle, Point, SpaceBody
@@ -35,8 +36,9 @@ from ._optimise import MultipleShooting, Problem, Trials, minimise
 from ._names import suggestion as _suggestion
 from ._optimum import Iterate, Optimum, lowest
 from ._robot import JointData, Robot
-from ._scene import Scene, after_event, at_event, cart_pendulum, constant, constant_speed, harmonic, node
+from ._scene import Scene, cart_pendulum
 from ._solver import LongSolver, Motion, Solver, gradient, gradients, simulate
+from ._sums import after_event, at_event, node
 from ._system import Gradient, Inputs, System
 
 __all__ = [

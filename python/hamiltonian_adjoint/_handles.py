@@ -30,13 +30,6 @@ def listed(names: Iterable[str]) -> str:
     return ", ".join(names) if more <= 0 else f"{', '.join(names[:_MOST_SHOWN])} and {more} more"
 
 
-class Motion1D:
-    """A function of time for driven parts."""
-
-    def __init__(self, kind: str, *parameters: Number) -> None:
-        self.kind, self.parameters = kind, parameters
-
-
 class Coordinate(Symbol):
     """A coordinate q, m or rad."""
 

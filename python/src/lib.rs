@@ -1,6 +1,6 @@
 //! The compiled part of the Python package `hamiltonian_adjoint`.
 //!
-//! Python writes the parts of a scene as JSON and formulas as text (`_scene.py`, `_expression.py`), so that whatever is built there can be stored in a scene
+//! Python writes the parts of a scene as JSON and formulas as text (`_entries.py`, `_formula.py`), so that whatever is built there can be stored in a scene
 //! file; this module passes them to the library, runs it without the lock of the interpreter, and returns arrays.
 
 mod check;

@@ -19,6 +19,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from ._functions_of_time import Motion1D
 from ._handles import (
     Control,
     Coordinate,
@@ -28,7 +29,6 @@ from ._handles import (
     Ground,
     Joint,
     Marker,
-    Motion1D,
     Number,
     Output,
     Particle,
