@@ -157,6 +157,16 @@ pub fn at_rest(AtRest { scene: path, steps, dt, controls, output }: &AtRest) -> 
     output.write(&inputs.to_json(&system).map_err(|error| Failure::wrong(format!("--steps {steps} --dt {dt:?}"), error))?)
 }
 
+/// The inputs on an adaptive grid.
+pub fn adapt(task: &Task, within: f64) -> Result<(), Failure> {
+    let known = task.read()?;
+    let mut solver = Solver::new(&known.system, known.settings);
+    let adapted = solver.adapt(&known.inputs, within);
+    known.warn(&solver.report().warnings);
+    let text = adapted.and_then(|inputs| inputs.to_json(&known.system));
+    task.output.write(&text.map_err(|error| known.failure(error))?)
+}
+
 /// The outputs and their gradients, by name.
 pub fn jacobian(system: &System, solver: &mut Solver) -> Result<String, Error> {
     let gradients = solver.jacobian()?;

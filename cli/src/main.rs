@@ -43,6 +43,14 @@ enum Command {
     },
     /// Inputs at rest, as a file that can be edited
     Inputs(commands::AtRest),
+    /// The same inputs on an adaptive grid, on which the estimated error of every step is below a tolerance; controls remain the same functions of time
+    Adapt {
+        #[command(flatten)]
+        task: Task,
+        /// Largest estimated error of a step, m or rad; relative for coordinates and velocities larger than 1
+        #[arg(long, value_name = "X")]
+        within: f64,
+    },
     /// The motion as JSON, or as CSV if the name of the file ends in .csv; if a step has no solution, the motion up to this step
     Simulate(Task),
     /// J and its derivatives with respect to all inputs
@@ -103,6 +111,7 @@ fn run(command: &Command) -> Result<(), Failure> {
         Command::Describe { scene, output } => commands::describe(scene, output),
         Command::Schema { output } => output.write(&SceneFile::schema()),
         Command::Inputs(options) => commands::at_rest(options),
+        Command::Adapt { task, within } => commands::adapt(task, *within),
         Command::Simulate(task) => task.run(&task.read()?, true, |system, solver| match task.output.is_csv() {
             true => solver.trajectory().to_csv(system, solver.inputs()),
             false => solver.trajectory().to_json(system),

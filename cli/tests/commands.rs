@@ -107,6 +107,24 @@ fn the_session_of_the_guide_runs() {
 }
 
 #[test]
+fn an_adaptive_grid_is_that_of_the_library() {
+    let (folder, system, inputs) = known("adapt", arm(), Grid::uniform(4, 0.25));
+    let options = ["--within", "1e-6", "--scheme", "esdirk4", "-o", "adapted.json"];
+    folder.run(&[&["adapt", "scene.json", "inputs.json"], &options[..]].concat()).succeeded();
+    let adapted = Inputs::from_json(&system, &folder.read("adapted.json")).expect("inputs");
+    let settings = Settings { scheme: Scheme::ESDIRK4, ..Settings::default() };
+    let expected = Solver::new(&system, settings).adapt(&inputs, 1e-6).expect("a grid");
+    assert!(adapted == expected && adapted.grid.steps.len() > 8, "{adapted:?}");
+    folder.run(&["simulate", "scene.json", "adapted.json", "--scheme", "esdirk4", "-o", "motion.csv"]).succeeded();
+    assert_eq!(folder.read("motion.csv").lines().count(), 1 + adapted.grid.nodes());
+    folder.run(&["adapt", "scene.json", "inputs.json", "--within", "-1"]).failed(2, &["--within"]);
+    for within in ["--within=-1", "--within=NaN"] {
+        folder.run(&["adapt", "scene.json", "inputs.json", within]).failed(2, &["inputs.json", "tolerance"]);
+    }
+    folder.run(&["adapt", "scene.json", "inputs.json"]).failed(2, &["--within"]);
+}
+
+#[test]
 fn outputs_have_their_gradients_by_name() {
     let (folder, system, inputs) = known("outputs", arm(), Grid::uniform(9, 0.02));
     let found: Value =
@@ -121,7 +139,7 @@ fn outputs_have_their_gradients_by_name() {
 #[test]
 fn the_help_states_the_defaults_of_the_library() {
     let folder = Folder::new("help");
-    for command in ["simulate", "gradient", "jacobian", "hessian-product", "check", "optimise", "animate"] {
+    for command in ["adapt", "simulate", "gradient", "jacobian", "hessian-product", "check", "optimise", "animate"] {
         let help = folder.run(&[command, "--help"]).succeeded();
         let Settings { tolerance, max_iterations, position_tolerance, velocity_tolerance, max_halvings, .. } =
             Settings::default();
