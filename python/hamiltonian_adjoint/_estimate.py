@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from . import _hamiltonian_adjoint as _core
 from ._errors import warn
-from ._solver import _checked
+from ._solver import Solver, _checked
 from ._system import Gradient, Inputs, System
 
 
@@ -50,6 +49,6 @@ class Estimate:
 
 def estimate(system: System, inputs: Inputs, **settings: Any) -> Estimate:
     """J and its gradient with estimates of their errors, from the motions on every second and on every fourth node."""
-    found = Estimate(system, _core.estimate(system, _checked(inputs, system), **settings))
+    found = Estimate(system, Solver(system, **settings)._core.estimate(system, _checked(inputs, system)))
     warn(found.gradient.warnings)
     return found

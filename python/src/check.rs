@@ -1,7 +1,6 @@
 //! Checks of gradients and of Jacobians.
 
 use std::cell::RefCell;
-use std::time::Duration;
 
 use hamiltonian_adjoint::TextFunction;
 use hamiltonian_adjoint::check::{self, Verdict};
@@ -12,10 +11,9 @@ use pyo3::types::PyDict;
 
 use crate::convert::{Given, number, settings};
 use crate::errors::{in_python, raised};
+use crate::progress::Bar;
 use crate::scene::System;
-
-/// The stack of a thread that computes in the background, bytes: not less than that of the main thread.
-const STACK: usize = 16 << 20;
+use crate::signals::Signals;
 
 /// True if the check passed, the verdict, and the report.
 type Checked = (bool, String, String);
@@ -24,7 +22,7 @@ fn checked(passed: bool, verdict: Verdict, report: String) -> Checked {
     (passed, format!("{verdict:?}"), in_python(&report))
 }
 
-/// Checks the gradient of J or of an output in four ways. Ctrl-C leaves the check, whose thread ends later.
+/// Checks the gradient of J or of an output in four ways.
 #[pyfunction]
 #[pyo3(signature = (system, inputs, output, complete, tolerance, directions, seed, **keywords))]
 #[allow(clippy::too_many_arguments, reason = "keywords of Python")]
@@ -39,33 +37,23 @@ pub(crate) fn check_gradient(
     seed: u64,
     keywords: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<Checked> {
-    let (of, settings) = (system.system.clone(), settings(keywords)?);
-    let inputs = if output.is_some() { inputs.with_readings(&of)? } else { inputs.inputs(&of)? };
+    let (of, settings) = (&system.system, settings(keywords)?);
+    let inputs = if output.is_some() { inputs.with_readings(of)? } else { inputs.inputs(of)? };
     let names = (0..of.outputs()).map(|k| of.output_name(k));
     let output = output.map(|name| number("output", name, names)).transpose()?.map(|k| of.output(k));
-    let run = move || {
-        let mut check = check::gradient(&of, &inputs, settings).tolerance(tolerance).directions(directions, seed);
-        if let Some(output) = output {
-            check = check.output(output);
-        }
-        if complete {
-            check = check.complete();
-        }
-        check.run().map(|report| checked(report.passed(), report.verdict(), report.to_string()))
-    };
-    in_background(py, run)?.map_err(raised)
-}
-
-/// Computes in a thread of its own, without the lock of the interpreter. Ctrl-C leaves the computation, whose thread ends later.
-pub(crate) fn in_background<T: Send + 'static>(py: Python<'_>, compute: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
-    let thread = std::thread::Builder::new().stack_size(STACK).spawn(compute)?;
-    let mut pause = Duration::from_micros(20);
-    while !thread.is_finished() {
-        py.detach(|| std::thread::sleep(pause));
-        py.check_signals()?;
-        pause = (2 * pause).min(Duration::from_millis(5));
+    let signals = Signals::default();
+    let mut check = check::gradient(of, &inputs, settings).tolerance(tolerance).directions(directions, seed);
+    if let Some(output) = output {
+        check = check.output(output);
     }
-    Ok(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
+    if complete {
+        check = check.complete();
+    }
+    let check = check.watch(Bar::new(None).watcher(&signals));
+    let report = py.detach(|| check.run());
+    signals.take()?;
+    let report = report.map_err(raised)?;
+    Ok(checked(report.passed(), report.verdict(), report.to_string()))
 }
 
 pub(crate) fn strings(list: &[String]) -> Vec<&str> {
@@ -84,7 +72,12 @@ pub(crate) fn check_function(
 ) -> PyResult<Checked> {
     let function = TextFunction::read(&strings(&text.0), &strings(&text.1), names.0.len()).map_err(raised)?;
     let problem = RefCell::new(None);
+    let not_a_number = || DMatrix::from_element(names.1.len(), names.0.len(), f64::NAN);
     let hand = |x: &[f64]| {
+        // After an exception, such as that of Ctrl-C, nothing is compared any more.
+        if problem.borrow().is_some() {
+            return not_a_number();
+        }
         let call = || {
             let result = jacobian.call1((PyArray1::from_slice(jacobian.py(), x),))?;
             let array: PyReadonlyArray2<'_, f64> = result.extract()?;
@@ -92,8 +85,8 @@ pub(crate) fn check_function(
             Ok(DMatrix::from_fn(array.nrows(), array.ncols(), |i, j| array[[i, j]]))
         };
         call().unwrap_or_else(|error: PyErr| {
-            problem.borrow_mut().get_or_insert(error);
-            DMatrix::from_element(names.1.len(), names.0.len(), f64::NAN)
+            *problem.borrow_mut() = Some(error);
+            not_a_number()
         })
     };
     let check = check::function(&function, strings(&names.0), strings(&names.1)).magnitudes(&magnitudes).jacobian(hand);

@@ -1,26 +1,14 @@
 //! J and its gradient with estimates of their errors.
 
-use hamiltonian_adjoint as ha;
+use hamiltonian_adjoint::Estimate;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::check::in_background;
-use crate::convert::{Given, derivatives, settings};
-use crate::errors::{in_python, raised};
-use crate::scene::System;
+use crate::convert::derivatives;
+use crate::errors::in_python;
 
-/// The attributes of `Estimate` of Python. Ctrl-C leaves the computation, whose thread ends later.
-#[pyfunction]
-#[pyo3(signature = (system, inputs, **keywords))]
-pub(crate) fn estimate<'py>(
-    py: Python<'py>,
-    system: &System,
-    inputs: Given<'_>,
-    keywords: Option<&Bound<'_, PyDict>>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let (of, settings) = (system.system.clone(), settings(keywords)?);
-    let inputs = inputs.inputs(&of)?;
-    let found = in_background(py, move || ha::estimate(&of, &inputs, settings))?.map_err(raised)?;
+/// The attributes of `Estimate` of Python.
+pub(crate) fn estimated<'py>(py: Python<'py>, found: &Estimate) -> PyResult<Bound<'py, PyDict>> {
     let bounds = found.derivatives.iter().map(|one| (one.of.as_str(), one.value, one.uncertainty));
     let all = PyDict::new(py);
     all.set_item("text", in_python(&found.to_string()))?;

@@ -35,7 +35,6 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(solver::gradients, module)?)?;
     module.add_function(wrap_pyfunction!(check::check_gradient, module)?)?;
     module.add_function(wrap_pyfunction!(check::check_function, module)?)?;
-    module.add_function(wrap_pyfunction!(estimate::estimate, module)?)?;
     module.add_function(wrap_pyfunction!(formula::values, module)?)?;
     module.add_function(wrap_pyfunction!(identify::table, module)?)?;
     module.add_function(wrap_pyfunction!(identify::steps_through, module)?)?;

@@ -4,9 +4,9 @@ use hamiltonian_adjoint as ha;
 use numpy::PyArray1;
 use pyo3::prelude::*;
 
-use crate::check::in_background;
 use crate::convert::{Given, attributes, control_names, coordinate_names, event_names, vector};
 use crate::errors::{raised, raised_by_scene};
+use crate::signals::in_background;
 
 /// The first coordinates of joints in space.
 const JOINTS: [&str; 5] = ["angle", "first angle", "offset", "x", "e0"];

@@ -11,6 +11,8 @@ use crate::progress::Bar;
 
 /// Signals are examined at most this often, because another thread may hold the lock of the interpreter.
 const EVERY: Duration = Duration::from_millis(50);
+/// The stack of a thread that computes in the background, bytes: not less than that of the main thread.
+const STACK: usize = 16 << 20;
 /// Approximate time between two readings of the clock; slower calls read it each time.
 const READ_EVERY: Duration = Duration::from_millis(1);
 
@@ -95,6 +97,18 @@ impl Pulse {
         }
         is_due
     }
+}
+
+/// Computes in a thread of its own, without the lock of the interpreter. Ctrl-C leaves the computation, whose thread ends later.
+pub(crate) fn in_background<T: Send + 'static>(py: Python<'_>, compute: impl FnOnce() -> T + Send + 'static) -> PyResult<T> {
+    let thread = std::thread::Builder::new().stack_size(STACK).spawn(compute)?;
+    let mut pause = Duration::from_micros(20);
+    while !thread.is_finished() {
+        py.detach(|| std::thread::sleep(pause));
+        py.check_signals()?;
+        pause = (2 * pause).min(Duration::from_millis(5));
+    }
+    Ok(thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
 }
 
 /// Runs a computation on all cores. `work` computes one item with a worker of its thread and stops if the flag is set.

@@ -11,6 +11,7 @@ use pyo3::types::{PyDict, PyType};
 
 use crate::convert::{Given, attributes, derivatives, matrix, settings, vector};
 use crate::errors::{busy, raised, warnings};
+use crate::estimate::estimated;
 use crate::progress::Bar;
 use crate::scene::System;
 use crate::signals::{Signals, on_all_cores};
@@ -99,6 +100,13 @@ impl Solver {
         })?;
         self.begin(&system.system, &inputs);
         derivatives(py, &gradient)
+    }
+
+    /// The attributes of `Estimate` of Python.
+    fn estimate<'py>(&self, py: Python<'py>, system: &System, inputs: Given<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let inputs = inputs.inputs(&system.system)?;
+        let found = self.guarded.run(py, |solver| solver.estimate(&inputs))?;
+        estimated(py, &found)
     }
 
     /// J and its derivatives for the last motion.

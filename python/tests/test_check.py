@@ -47,3 +47,17 @@ def test_a_jacobian_that_fails():
     with pytest.raises(ZeroDivisionError):
         ha.check(polar, lambda x: 1 / 0, [1.0, 0.3])
     assert not ha.check(polar, lambda x: np.zeros((3, 2)), [1.0, 0.3])
+
+
+def test_control_c_ends_a_check():
+    points = []
+
+    def interrupted(x):
+        points.append(x)
+        if len(points) == 3:
+            raise KeyboardInterrupt
+        return right(x)
+
+    with pytest.raises(KeyboardInterrupt):
+        ha.check(polar, interrupted, [1.0, 0.3])
+    assert len(points) == 3

@@ -24,7 +24,7 @@ LONG_CALLS = [
     lambda system, inputs: ha.LongSolver(system, 10**8).gradient(inputs),
     lambda system, inputs: ha.check_gradient(system, inputs),
     lambda system, inputs: ha.estimate(system, inputs),
-    lambda system, inputs: ha.Solver(system).adapt(inputs, 1e-9),
+    lambda system, inputs: ha.Solver(system).adapt(inputs, 1e-12),
     lambda system, inputs: ha.Solver(system).find_phases(inputs, 10),
 ]
 
@@ -41,6 +41,10 @@ def test_control_c_stops_a_long_call(compute):
     with pytest.raises(KeyboardInterrupt):
         compute(system, inputs)
     assert time.monotonic() - start < 0.3 + 0.5 * least
+    # No thread goes on.
+    begun = time.process_time()
+    time.sleep(0.2)
+    assert time.process_time() - begun < 0.1
 
 
 def test_control_c_stops_the_compilation_of_a_large_scene():

@@ -1,7 +1,7 @@
 //! [`Levels`]: the differences of J and of its gradient between the given grid, every second, and every fourth of its nodes.
 
 use crate::adjoint::Gradient;
-use crate::{Error, Grid, Inputs, Occurrence, Settings, System, gradient};
+use crate::{Error, Grid, Inputs, Occurrence, Solver};
 
 /// Differences between the given grid and every second node, and between these and every fourth.
 pub(super) struct Levels {
@@ -16,17 +16,20 @@ pub(super) struct Levels {
 }
 
 impl Levels {
-    /// From the gradient on the given grid.
+    /// From the gradient on the given grid. The solver computes those on the coarser ones.
     pub(super) fn new(
-        system: &System,
+        solver: &mut Solver,
         inputs: &Inputs,
         fine: &Gradient,
         coarse: &[Inputs; 2],
-        (settings, decrease): (Settings, f64),
+        decrease: f64,
     ) -> Result<Self, Error> {
-        let settings = Settings { keep_adjoint: false, ..settings };
         let [second, fourth] = coarse;
-        let (middle, last) = (gradient(system, second, settings)?, gradient(system, fourth, settings)?);
+        let mut gradient = |inputs: &Inputs| {
+            solver.simulate(inputs)?;
+            solver.gradient().cloned()
+        };
+        let (middle, last) = (gradient(second)?, gradient(fourth)?);
         let effects = |of: &Gradient, on: &Inputs| effects(inputs, best(of), on);
         let all = [effects(fine, inputs), effects(&middle, second), effects(&last, fourth)];
         let norm = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();

@@ -124,52 +124,74 @@ pub enum Withdrawn {
 /// # Errors
 /// As [`gradient`](crate::gradient), on the given grid.
 pub fn estimate(system: &System, inputs: &Inputs, settings: Settings) -> Result<Estimate, Error> {
-    let mut solver = Solver::new(system, Settings { keep_adjoint: true, ..settings });
-    solver.simulate(inputs)?;
-    let gradient = solver.gradient()?.clone();
-    estimate_of(&solver, inputs, gradient, settings)
+    Solver::new(system, settings).estimate(inputs)
 }
 
-/// As [`estimate`], from a solver that stores the adjoint variables of this gradient of J.
-pub(crate) fn estimate_of(
-    solver: &Solver,
-    inputs: &Inputs,
-    gradient: Gradient,
-    settings: Settings,
-) -> Result<Estimate, Error> {
-    let system = solver.system();
-    let residual = Residual::new(solver)?;
-    let mut estimate = Estimate {
-        value: gradient.value,
-        uncertainty: None,
-        gradient_uncertainty: None,
-        derivatives: Vec::new(),
-        corrected: None,
-        residual: residual.as_ref().map(Residual::sum),
-        largest: residual.as_ref().and_then(|residual| residual.largest(&solver.trajectory().times)),
-        withdrawn: None,
-        gradient,
-    };
-    let order = system.order_of_sums().unwrap_or(1).min(settings.scheme.order);
-    // Twice as many steps reduce the error by this factor.
-    let decrease = 2f64.powi(order as i32);
-    let judged = estimate.check_warnings().and_then(|()| coarser(system, inputs)).and_then(|coarse| {
-        let levels = Levels::new(system, inputs, &estimate.gradient, &coarse, (settings, decrease));
-        levels.map_err(|error| Withdrawn::NoCoarserMotion(Box::new(error)))
-    });
-    let judged = judged.and_then(|mut levels| {
-        let margin = if estimate.gradient.frozen.is_some() {
-            estimate.judge_with_kinks(&levels, decrease)
-        } else {
-            estimate.judge(&levels, decrease)
-        };
-        margin.map(|margin| {
-            estimate.derivatives = estimate.with_bounds(system, &levels, margin);
-            estimate.corrected = levels.extrapolated.take();
+impl Solver {
+    /// J and its gradient with estimates of their errors, as [`estimate`](crate::estimate()) computes them. The last motion is discarded.
+    ///
+    /// # Errors
+    /// As [`simulate`](Self::simulate) and [`gradient`](Self::gradient).
+    pub fn estimate(&mut self, inputs: &Inputs) -> Result<Estimate, Error> {
+        let is_kept = self.keep_adjoint(true);
+        let value = self.simulate(inputs).map(drop).and_then(|()| self.gradient().cloned());
+        let value = value.and_then(|gradient| Estimate::of_value(self, gradient));
+        self.keep_adjoint(is_kept);
+        let estimate = value.and_then(|of| of.compared(self, inputs));
+        self.drop_motion();
+        estimate
+    }
+}
+
+impl Estimate {
+    /// J and its gradient without estimates of their errors, from a solver that stores the adjoint variables of this gradient of J.
+    pub(crate) fn of_value(solver: &Solver, gradient: Gradient) -> Result<Self, Error> {
+        let residual = Residual::new(solver)?;
+        Ok(Estimate {
+            value: gradient.value,
+            uncertainty: None,
+            gradient_uncertainty: None,
+            derivatives: Vec::new(),
+            corrected: None,
+            residual: residual.as_ref().map(Residual::sum),
+            largest: residual.as_ref().and_then(|residual| residual.largest(&solver.trajectory().times)),
+            withdrawn: None,
+            gradient,
         })
-    });
-    estimate.withdrawn = judged.err();
-    Ok(estimate)
+    }
+
+    /// Adds the estimates. The solver computes the motions on every second and every fourth node.
+    ///
+    /// # Errors
+    /// If a progress callback stops the solver.
+    pub(crate) fn compared(mut self, solver: &mut Solver, inputs: &Inputs) -> Result<Self, Error> {
+        let (system, scheme) = (solver.system().clone(), solver.settings().scheme);
+        let order = system.order_of_sums().unwrap_or(1).min(scheme.order);
+        // Twice as many steps reduce the error by this factor.
+        let decrease = 2f64.powi(order as i32);
+        let levels = self
+            .check_warnings()
+            .and_then(|()| coarser(&system, inputs))
+            .map(|coarse| Levels::new(solver, inputs, &self.gradient, &coarse, decrease));
+        let levels = match levels {
+            Ok(Err(stopped @ Error::Interrupted { .. })) => return Err(stopped),
+            Ok(levels) => levels.map_err(|error| Withdrawn::NoCoarserMotion(Box::new(error))),
+            Err(why) => Err(why),
+        };
+        let judged = levels.and_then(|mut levels| {
+            let margin = if self.gradient.frozen.is_some() {
+                self.judge_with_kinks(&levels, decrease)
+            } else {
+                self.judge(&levels, decrease)
+            };
+            margin.map(|margin| {
+                self.derivatives = self.with_bounds(&system, &levels, margin);
+                self.corrected = levels.extrapolated.take();
+            })
+        });
+        self.withdrawn = judged.err();
+        Ok(self)
+    }
 }
 
 /// The inputs on every second and every fourth node.

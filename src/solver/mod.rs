@@ -375,6 +375,11 @@ impl Solver {
         self.settings
     }
 
+    /// Sets whether adjoint variables are stored, and returns whether they were.
+    pub(crate) fn keep_adjoint(&mut self, keep: bool) -> bool {
+        std::mem::replace(&mut self.settings.keep_adjoint, keep)
+    }
+
     pub(crate) fn refinement(&self) -> Refinement {
         self.forward.motion.refinement()
     }

@@ -1,7 +1,7 @@
 //! Progress: told some hundred times, in order, and stopped when asked to.
 
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Error, Grid, Inputs, LongSolver, Progress, Scheme, Settings, Solver, System, Task};
+use hamiltonian_adjoint::{Error, Grid, Inputs, LongSolver, Progress, Scheme, Settings, Solver, System, Task, check};
 use std::ops::ControlFlow;
 use std::sync::{Arc, Mutex};
 
@@ -148,4 +148,48 @@ fn steps_by_tolerance_are_told_of_and_stop_when_asked_to() {
     assert!(matches!(stopped, Err(Error::Interrupted { done: 41..100, .. })), "{stopped:?}");
     solver.watch(|_| ControlFlow::Continue(()));
     assert_eq!(solver.adapt(&inputs, 1e-9).expect("a grid"), adapted);
+}
+
+#[test]
+fn checks_and_estimates_stop_when_asked_to() {
+    let (system, mut inputs) = cart();
+    inputs.controls.fill(10.0);
+    // The number of calls, of which the last one stops.
+    let stop = |after: usize| {
+        let calls = Arc::new(Mutex::new(0));
+        let counted = calls.clone();
+        let stop = move |_: Progress| {
+            let mut calls = counted.lock().expect("nobody panics");
+            *calls += 1;
+            if *calls > after { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        (calls, stop)
+    };
+    let (calls, never) = stop(usize::MAX);
+    check::gradient(&system, &inputs, Settings::default()).watch(never).run().expect("a report").assert_passed();
+    let all = *calls.lock().expect("nobody panics");
+    assert!(all > 2000, "{all}");
+    for part in 0..8 {
+        let (calls, stop) = stop(part * all / 8);
+        let check = check::gradient(&system, &inputs, Settings::default()).watch(stop);
+        let stopped = check.run();
+        assert!(matches!(stopped, Err(Error::Interrupted { .. })), "{part}: {stopped:?}");
+        assert_eq!(*calls.lock().expect("nobody panics"), 1 + part * all / 8);
+    }
+    let (_, stops) = stop(500);
+    let stopped = check::hessian(&system, &inputs, Settings::default()).watch(stops).run();
+    assert!(matches!(stopped, Err(Error::Interrupted { .. })), "{stopped:?}");
+
+    let mut solver = Solver::new(&system, Settings::default());
+    let estimate = solver.estimate(&inputs).expect("an estimate");
+    assert_eq!(estimate, hamiltonian_adjoint::estimate(&system, &inputs, Settings::default()).expect("an estimate"));
+    assert!(estimate.uncertainty.is_some() && solver.adjoint_variables().is_none());
+    // In the first motion, its gradient, and the motions on coarser grids.
+    for after in [50, 150, 250, 450] {
+        solver.watch(stop(after).1);
+        let stopped = solver.estimate(&inputs);
+        assert!(matches!(stopped, Err(Error::Interrupted { .. })), "{after}: {stopped:?}");
+    }
+    solver.watch(stop(usize::MAX).1);
+    assert_eq!(solver.estimate(&inputs).expect("an estimate"), estimate);
 }

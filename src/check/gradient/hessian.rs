@@ -2,6 +2,7 @@
 //! whole simulation or, if these are not supported, by differences of gradients.
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 use super::super::draw::check_tolerance;
 use super::super::random::Random;
@@ -14,9 +15,10 @@ use super::report::DIFFERENCED;
 use super::sizes::{Terms, sizes_of_inputs};
 use super::subject::{Subject, warnings_of};
 use super::taylor::FIRST_STEP;
+use super::watch::Watch;
 use super::ways::Way;
 use crate::check::Input;
-use crate::{Error, Hyper, Inputs, Output, Settings, System};
+use crate::{Error, Hyper, Inputs, Output, Progress, Settings, System};
 
 /// Rounding error relative to the largest of all rows, of the gradient and of its terms; products below it, as for a linear J, count as zero.
 const ROUNDING: f64 = 1e-14;
@@ -54,7 +56,8 @@ pub struct HessianCheck<'a> {
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 pub fn hessian<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) -> HessianCheck<'a> {
-    HessianCheck { subject: Subject { system, inputs, settings, which: 0 }, seed: 1, tolerance: 1e-9, own: Vec::new() }
+    let subject = Subject { system, inputs, settings, which: 0, watch: Watch::default() };
+    HessianCheck { subject, seed: 1, tolerance: 1e-9, own: Vec::new() }
 }
 
 impl HessianCheck<'_> {
@@ -84,13 +87,26 @@ impl HessianCheck<'_> {
         self
     }
 
+    /// Sets a progress callback for all motions and gradients of the check, as [`Solver::watch`](crate::Solver::watch). If it returns `Break`, the
+    /// check stops with [`Error::Interrupted`].
+    pub fn watch(mut self, callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) -> Self {
+        self.subject.watch = Watch::new(callback);
+        self
+    }
+
     /// Runs the check.
     ///
     /// # Errors
     /// A motion that cannot be computed or has no products, a direction of wrong size, or a tolerance that is not between 0 and 1.
     pub fn run(&self) -> Result<HessianReport, Error> {
+        let report = self.report();
+        self.subject.watch.end()?;
+        report
+    }
+
+    fn report(&self) -> Result<HessianReport, Error> {
         check_tolerance(self.tolerance)?;
-        let (subject, of) = (self.subject, self.subject.name()?);
+        let (subject, of) = (&self.subject, self.subject.name()?);
         let (mut solver, gradient) = subject.solved()?;
         let warnings = warnings_of(&solver);
         let sizes = sizes_of_inputs(subject.system, subject.inputs, &mut solver);
@@ -98,7 +114,7 @@ impl HessianCheck<'_> {
         let parts = Part::all_of(subject.inputs);
         let all = random(&sizes, &parts, &mut random_source);
         let of_all = solver.hessian_product(&all)?.clone();
-        let mut reference = Way::<Hyper>::new(subject)?;
+        let mut reference = Way::<Hyper>::new(subject.clone())?;
         let rows = parts.iter().map(|&part| {
             let direction = random(&sizes, &[part], &mut random_source);
             let (along, size) = product(&of_all, &direction);

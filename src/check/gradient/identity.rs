@@ -36,12 +36,12 @@ pub struct Identity {
 
 /// Compares both sides at the nodes N … 1.
 pub(super) fn identity(
-    subject: Subject,
+    subject: &Subject,
     direction: &Inputs,
     (gradient, adjoint): (&Gradient, &AdjointVariables),
     (floor, tolerance): (f64, f64),
 ) -> Result<Identity, Error> {
-    let Subject { system, inputs, settings, which } = subject;
+    let &Subject { system, inputs, settings, which, .. } = subject;
     let mut solver = subject.lifted::<Dual64>()?;
     let inserted = solver.real().trajectory().inserted.clone();
     let taken = solver.real().inputs().clone();
@@ -97,6 +97,7 @@ pub(super) fn identity(
 mod tests {
     use super::super::super::random::Random;
     use super::super::directions::{Part, random};
+    use super::super::watch::Watch;
     use super::*;
     use crate::{Grid, Settings, Solver, scenes::CartPendulum};
 
@@ -114,8 +115,8 @@ mod tests {
         let direction = random(&inputs, &[Part::Controls, Part::Coordinates, Part::Rates], &mut Random::new(1));
         let adjoint = solver.adjoint_variables().unwrap();
         let found = |adjoint: &AdjointVariables| {
-            let subject = Subject { system: &system, inputs: &inputs, settings, which: 0 };
-            identity(subject, &direction, (&gradient, adjoint), (0.0, 1e-9)).unwrap().first_wrong
+            let subject = Subject { system: &system, inputs: &inputs, settings, which: 0, watch: Watch::default() };
+            identity(&subject, &direction, (&gradient, adjoint), (0.0, 1e-9)).unwrap().first_wrong
         };
         assert_eq!(found(adjoint), None);
         let size = adjoint.a.amax();

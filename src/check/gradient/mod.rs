@@ -10,6 +10,7 @@ mod report;
 mod sizes;
 mod subject;
 mod taylor;
+mod watch;
 mod ways;
 
 pub use directions::Part;
@@ -18,18 +19,20 @@ pub use identity::Identity;
 pub use report::{DirectionReport, GradientReport};
 pub use taylor::{Remainder, Taylor};
 
+use std::ops::ControlFlow;
+
 use super::derivative::Input;
 use super::draw::check_tolerance;
 use super::random::Random;
 use super::report::Verdict;
-use crate::estimate::estimate_of;
-use crate::{Error, Gradient, Inputs, Output, Settings, System, Warning};
+use crate::{Error, Estimate, Gradient, Inputs, Output, Progress, Settings, Solver, System, Warning};
 use directions::{only, product, random};
 use identity::identity;
 use own::Own;
 use sizes::{Terms, sizes_of_inputs};
 use subject::{Subject, warnings_of};
 use taylor::taylor;
+use watch::Watch;
 use ways::Ways;
 
 /// Errors are relative to at least these fractions of the largest dJ of a single input, and of a random direction.
@@ -67,7 +70,7 @@ pub fn gradient<'a>(system: &'a System, inputs: &'a Inputs, settings: Settings) 
     // Moved initial values violate the constraints, which an ordinary simulation would reject.
     let settings =
         Settings { position_tolerance: f64::INFINITY, velocity_tolerance: f64::INFINITY, keep_adjoint: true, ..settings };
-    let subject = Subject { system, inputs, settings, which: 0 };
+    let subject = Subject { system, inputs, settings, which: 0, watch: Watch::default() };
     GradientCheck { subject, directions: 1, seed: 1, complete: false, tolerance: 1e-9, own: Vec::new() }
 }
 
@@ -104,22 +107,34 @@ impl GradientCheck<'_> {
         self
     }
 
+    /// Sets a progress callback for all motions and gradients of the check, as [`Solver::watch`](crate::Solver::watch). If it returns `Break`, the
+    /// check stops with [`Error::Interrupted`].
+    pub fn watch(mut self, callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) -> Self {
+        self.subject.watch = Watch::new(callback);
+        self
+    }
+
     /// Runs the check.
     ///
     /// # Errors
     /// A motion that cannot be computed at the inputs, or a tolerance that is not between 0 and 1.
     pub fn run(&self) -> Result<GradientReport, Error> {
+        let report = self.report();
+        self.subject.watch.end()?;
+        report
+    }
+
+    fn report(&self) -> Result<GradientReport, Error> {
         check_tolerance(self.tolerance)?;
-        let (subject, of) = (self.subject, self.subject.name()?);
+        let (subject, of) = (&self.subject, self.subject.name()?);
         let (mut solver, gradient) = subject.solved()?;
         let warnings = warnings_of(&solver);
-        let estimate = || estimate_of(&solver, subject.inputs, gradient.clone(), subject.settings).ok();
-        let grid = (subject.which == 0).then(estimate).flatten();
+        let grid = (subject.which == 0).then(|| self.estimate(&solver, &gradient).ok()).flatten();
         let mut random_source = Random::new(self.seed);
         let parts = Part::all_of(subject.inputs);
         let sizes = sizes_of_inputs(subject.system, subject.inputs, &mut solver);
         let terms = Terms::new(subject.system, &sizes, &mut solver);
-        let mut ways = Ways::new(subject, terms)?;
+        let mut ways = Ways::new(subject.clone(), terms)?;
         let mut directions = Vec::new();
         for _ in 0..self.directions {
             for &part in &parts {
@@ -168,6 +183,13 @@ impl GradientCheck<'_> {
             report.own.push(own.compare(subject, &sizes, "gradient", truth, (self.tolerance, raised), is_known)?);
         }
         Ok(report)
+    }
+
+    /// The errors that the grid causes.
+    fn estimate(&self, solver: &Solver, gradient: &Gradient) -> Result<Estimate, Error> {
+        let Subject { inputs, settings, .. } = &self.subject;
+        let mut coarser = self.subject.solver(Settings { keep_adjoint: false, ..*settings });
+        Estimate::of_value(solver, gradient.clone())?.compared(&mut coarser, inputs)
     }
 
     /// Compares every input alone; returns their number, and the worst.

@@ -28,7 +28,7 @@ impl Own {
     /// A design variable near zero gives no scale: if its derivative `is_known` to all digits, the error is relative to the derivative.
     pub(super) fn compare(
         &self,
-        Subject { system, inputs, .. }: Subject,
+        &Subject { system, inputs, .. }: &Subject,
         sizes: &Inputs,
         what: &str,
         truth: Option<&Gradient>,

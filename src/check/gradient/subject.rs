@@ -1,15 +1,17 @@
 //! [`Subject`]: the function whose derivatives are checked.
 
+use super::watch::Watch;
 use crate::{Error, Gradient, Inputs, LiftedSolver, Output, Real, Settings, Solver, System};
 
 /// The function whose derivatives are checked: J, or an output, of a motion.
-#[derive(Clone, Copy)]
+#[derive(Clone)]
 pub(super) struct Subject<'a> {
     pub system: &'a System,
     pub inputs: &'a Inputs,
     pub settings: Settings,
     /// J (0) or an output (from 1 on).
     pub which: usize,
+    pub watch: Watch,
 }
 
 impl<'a> Subject<'a> {
@@ -35,15 +37,20 @@ impl<'a> Subject<'a> {
         }
     }
 
+    /// A solver with these settings that the check watches.
+    pub(super) fn solver(&self, settings: Settings) -> Solver {
+        self.watch.over(Solver::new(self.system, settings))
+    }
+
     pub(super) fn solved(&self) -> Result<(Solver, Gradient), Error> {
-        let mut solver = Solver::new(self.system, self.settings);
+        let mut solver = self.solver(self.settings);
         solver.simulate(self.inputs)?;
         let gradient = solver.gradient_of(self.which)?.clone();
         Ok((solver, gradient))
     }
 
     pub(super) fn lifted<R: Real>(&self) -> Result<LiftedSolver<R>, Error> {
-        LiftedSolver::new(self.system, self.inputs, self.settings)
+        LiftedSolver::near(self.solver(self.settings), self.inputs)
     }
 }
 

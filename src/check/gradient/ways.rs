@@ -45,7 +45,7 @@ impl<'a, R: Real> Way<'a, R> {
         // Initial values are moved off the constraints.
         let free = f64::INFINITY;
         let settings = Settings { position_tolerance: free, velocity_tolerance: free, ..subject.settings };
-        let beside = RefCell::new(Solver::new(subject.system, settings));
+        let beside = RefCell::new(subject.solver(settings));
         Ok(Way { subject, solver, beside, goes_through: true, rounding: 0.0 })
     }
 
@@ -80,7 +80,7 @@ pub(super) struct Ways<'a> {
 
 impl<'a> Ways<'a> {
     pub(super) fn new(subject: Subject<'a>, terms: Terms) -> Result<Self, Error> {
-        Ok(Ways { terms, dual: Way::new(subject)?, complex: Way::new(subject)? })
+        Ok(Ways { terms, dual: Way::new(subject.clone())?, complex: Way::new(subject)? })
     }
 
     /// The largest [`LiftedSolver::rounding`] of all motions.

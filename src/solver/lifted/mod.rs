@@ -14,8 +14,7 @@ use nalgebra::DVector;
 
 use crate::assembly::Assembler;
 use crate::forward::ForwardSweep;
-use crate::motion::Motion;
-use crate::motion::Refinement;
+use crate::motion::{Motion, Refinement, Task, Watch};
 use crate::node::Linearisation;
 use crate::number::Real;
 use crate::scheme::known_part;
@@ -71,6 +70,7 @@ struct Near<'a> {
     motion: &'a Motion,
     linearisation: &'a mut Linearisation,
     report: &'a mut Report,
+    watch: &'a mut Watch,
 }
 
 impl<R: Real> std::fmt::Debug for LiftedSolver<R> {
@@ -85,13 +85,18 @@ impl<R: Real> LiftedSolver<R> {
     /// # Errors
     /// As [`Solver::simulate`].
     pub fn new(system: &System, inputs: &Inputs, settings: Settings) -> Result<Self, Error> {
-        let mut real = Solver::new(system, settings);
+        Self::near(Solver::new(system, settings), inputs)
+    }
+
+    /// A solver for inputs near the given ones, whose motion this solver computes; its progress callback is called for all motions.
+    pub(crate) fn near(mut real: Solver, inputs: &Inputs) -> Result<Self, Error> {
         real.simulate(inputs)?;
+        let (system, settings) = (real.system().clone(), real.settings());
         let (n, m) = (system.n(), system.m());
         let zeros = |len| vec![R::zero(); len];
         let node = Trajectory::<R>::len_of_node(n, m) * settings.scheme.stages() + 1 + system.k();
         memory::check("the motion in complex or dual numbers", real.inputs().grid.nodes(), node * size_of::<R>())?;
-        let mut trajectory = Trajectory::zeros(system, real.inputs().grid.nodes(), settings.scheme);
+        let mut trajectory = Trajectory::zeros(&system, real.inputs().grid.nodes(), settings.scheme);
         trajectory.compliance.clone_from(&real.trajectory().compliance);
         trajectory.inserted.clone_from(&real.trajectory().inserted);
         trajectory.restarted.clone_from(&real.trajectory().restarted);
@@ -126,9 +131,10 @@ impl<R: Real> LiftedSolver<R> {
         let inputs = assembled.as_ref().unwrap_or(inputs);
         self.lifted.begin(self.refinement.refine(inputs), inputs, &design);
         let Solver { system, forward, .. } = &mut self.real;
-        let ForwardSweep { motion, stepper, monitor, .. } = forward;
-        let mut near =
-            Near { system, motion, linearisation: &mut stepper.newton.linearisation, report: &mut monitor.report };
+        let ForwardSweep { motion, stepper, monitor, watch, .. } = forward;
+        watch.begin();
+        let (linearisation, report) = (&mut stepper.newton.linearisation, &mut monitor.report);
+        let mut near = Near { system, motion, linearisation, report, watch };
         self.lifted.start(&mut near)?;
         if !inputs.events.is_empty() {
             self.lifted.step_located(&mut near, inputs, &self.refinement)?;
@@ -262,7 +268,7 @@ impl<R: Real> Lifted<R> {
             self.pass(near, happened)?;
         }
         self.trajectory.computed = i + 1;
-        Ok(())
+        near.watch.tell(Task::Simulation, i + 1, self.inputs.grid.nodes())
     }
 
     /// p*₀ = T_v(q₀, v₀), unless it is given; then node 0 as a step with h = 0.
