@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
+from typing import Any
 
 
 class Error(Exception):
@@ -33,6 +34,10 @@ class OptimiseError(Error, ValueError):
 class MotionWarning(UserWarning):
     """Base class of all warnings about a motion, its gradient or an optimisation; each kind has a class of its own, e.g. `GridPhase`."""
 
+    def __reduce__(self) -> Any:
+        # Classes of kinds are made when they are needed.
+        return _warning, (type(self).__name__, self.args)
+
 
 _KINDS: dict[str, type[MotionWarning]] = {}
 
@@ -42,6 +47,10 @@ def warning_class(kind: str) -> type[MotionWarning]:
     if kind not in _KINDS:
         _KINDS[kind] = type(kind, (MotionWarning,), {"__module__": __name__, "__doc__": f"A warning of the kind {kind}."})
     return _KINDS[kind]
+
+
+def _warning(kind: str, arguments: tuple[Any, ...]) -> MotionWarning:
+    return warning_class(kind)(*arguments)
 
 
 def warn(found: list[tuple[str, str]], stacklevel: int = 3) -> None:

@@ -49,6 +49,9 @@ class Mechanics:
         made.system, made._core = system, core
         return made
 
+    def __reduce__(self) -> Any:
+        return _of_state, (self.system, self._core.state())
+
     @classmethod
     def at_start(cls, system: System, inputs: Inputs) -> Mechanics:
         """The mechanics at the start of a motion; a guess is assembled before."""
@@ -191,3 +194,7 @@ def _numbers(what: str, x: ArrayLike) -> list[float]:
     if of.ndim != 1:
         raise InputError(f"`{what}` must be a list of numbers, but its shape is {of.shape}")
     return of.tolist()
+def _of_state(system: System, state: Any) -> Mechanics:
+    return Mechanics._of(system, _core.Mechanics.of_state(system, state))
+
+

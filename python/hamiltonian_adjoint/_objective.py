@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ._expression import Symbol
 from ._free import Free, stated
 from ._solver import Solver, _checked
 from ._system import Array, Gradient, Inputs, System, _index
+from ._words import counted
 
 
 class Objective:
@@ -26,13 +28,20 @@ class Objective:
     def __init__(self, system: System, inputs: Inputs, free: Iterable[Symbol | Free | str], **settings: Any) -> None:
         self.system = system
         self._inputs = _checked(inputs, system).copy()
-        self._variables = _core.Variables(system, self._inputs, [of._core for of in stated([_named(system, of) for of in free], None)])
+        self._free = stated([_named(system, of) for of in free], None)
+        self._variables = _core.Variables(system, self._inputs, [of._core for of in self._free])
         self._solver = Solver(system, **settings)
         self._last: bytes | None = None
         # The gradient of J, if the solver's last backward sweep computed it at this point.
         self._swept: Gradient | None = None
         self.x: Array = self._variables.of(self._inputs)
         self.names = self._variables.names
+
+    def __reduce__(self) -> Any:
+        return partial(Objective, self.system, self._inputs, self._free, **self._solver._keywords), ()
+
+    def __repr__(self) -> str:
+        return f"<objective of {counted(len(self.x), 'variable')}>"
 
     def _point(self, x: ArrayLike) -> Array:
         point = np.asarray(x, dtype=np.float64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import os
 from collections.abc import Iterable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal, overload
 
 import numpy as np
@@ -179,7 +179,7 @@ def _with_bar(progress: bool, settings: dict[str, Any]) -> dict[str, Any]:
 
 
 class Solver:
-    """A solver of one system for many inputs. A thread needs a solver of its own.
+    """A solver of one system for many inputs. A thread needs a solver of its own. A pickle has the system and the settings, but no motion.
 
     Settings are keywords: `scheme` ('trapezoidal rule', 'TR-BDF2', 'ESDIRK3', 'ESDIRK4', 'ESDIRK5'), `tolerance`, `max_iterations`,
     `position_tolerance`, `velocity_tolerance`, `max_halvings`, `drift_bound`, `rebase_every`. With `progress=True`, calls that take more than a second show
@@ -190,7 +190,11 @@ class Solver:
         if not isinstance(system, System):
             raise TypeError(f"a system such as scene.compile() is expected, not {system!r}")
         self.system = system
+        self._keywords = {"progress": progress, **settings}
         self._core = _core.Solver(system, **_with_bar(progress, settings))
+
+    def __reduce__(self) -> Any:
+        return partial(type(self), self.system, **self._keywords), ()
 
     def simulate(self, inputs: Inputs) -> Motion:
         """Computes a motion."""
@@ -264,7 +268,12 @@ class LongSolver:
 
     def __init__(self, system: System, bytes: int, *, progress: bool = False, **settings: Any) -> None:
         self.system = system
+        self._keywords = {"progress": progress, **settings}
+        self._bytes = bytes
         self._core = _core.LongSolver(system, bytes, **_with_bar(progress, settings))
+
+    def __reduce__(self) -> Any:
+        return partial(type(self), self.system, self._bytes, **self._keywords), ()
 
     def gradient(self, inputs: Inputs) -> Gradient:
         """J and its derivatives."""

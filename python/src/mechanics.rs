@@ -20,6 +20,9 @@ type Numbers = (Vec<String>, Vec<String>);
 /// The axes of a marker: `along`, `toward` and `turned`, if they are given.
 type Axes = [Option<Numbers>; 3];
 
+/// What determines the mechanics of a system.
+type State = (Vec<f64>, Vec<f64>, Vec<f64>, Vec<f64>, f64, Vec<usize>);
+
 /// The mechanics of a system at one state.
 #[pyclass(frozen, module = "hamiltonian_adjoint._hamiltonian_adjoint")]
 pub(crate) struct Mechanics {
@@ -72,6 +75,22 @@ impl Mechanics {
         let (system, data) = (motion.system.clone_ref(py), &*motion.data);
         let at = ha::Mechanics::at_node(&system.get().system, &data.inputs, &data.trajectory, node);
         made(system, at, data.inputs.design.as_slice())
+    }
+
+    /// q, v, controls, the design, t, and the numbers of open equations.
+    fn state(&self) -> State {
+        let open = self.at.open().iter().map(ha::Multiplier::index).collect();
+        (self.at.q().to_vec(), self.at.v().to_vec(), self.at.controls().to_vec(), self.design.clone(), self.at.t(), open)
+    }
+
+    #[staticmethod]
+    fn of_state(system: Py<System>, state: State) -> PyResult<Self> {
+        let (q, v, u, design, t, open) = state;
+        let of = system.get().system.clone();
+        let open: Vec<_> = open.into_iter().filter(|j| *j < of.m()).map(|j| of.multiplier(j)).collect();
+        let at = ha::Mechanics::new(&of, &q, &v)
+            .and_then(|at| at.with_controls(&u)?.with_design(&design)?.at_time(t)?.with_open(&open));
+        made(system, at, &design)
     }
 
     fn with_controls(&self, py: Python<'_>, u: Vec<f64>) -> PyResult<Self> {

@@ -1,6 +1,8 @@
 """Files and pickles."""
 
+import concurrent.futures
 import copy
+import multiprocessing
 import pathlib
 import pickle
 
@@ -79,6 +81,57 @@ def test_pickles():
     moved = inputs.copy()
     moved.controls[0, 3] += 1.0
     assert moved != inputs and inputs.controls[0, 3] == 10.0
+
+
+def test_pickles_of_solvers_and_functions():
+    scene, force, angles = cart_with_links()
+    system = scene.compile()
+    inputs = pushed(system)
+    solver = ha.Solver(system, scheme="ESDIRK4", tolerance=1e-11)
+    expected = solver.gradient(inputs)
+    for again in (pickle.loads(pickle.dumps(solver)), copy.copy(solver)):
+        with pytest.raises(ha.MotionError, match="`simulate`"):
+            again.gradient()
+        assert_same(again.gradient(inputs), expected)
+    assert_same(pickle.loads(pickle.dumps(ha.LongSolver(system, 10**6))).gradient(inputs), ha.gradient(system, inputs))
+    objective = ha.Objective(system, inputs, [ha.free(force, pieces=4), "duration"], scheme="ESDIRK4")
+    again = pickle.loads(pickle.dumps(objective))
+    assert again.names == objective.names and np.array_equal(again.x, objective.x)
+    assert np.array_equal(again(objective.x + 0.1)[1], objective(objective.x + 0.1)[1])
+    assert repr(again) == "<objective of 5 variables>"
+    warning = ha._errors.warning_class("GridPhase")("a message")
+    assert repr(pickle.loads(pickle.dumps(warning))) == repr(warning)
+
+
+def test_other_processes_evaluate_an_objective():
+    scene, force, _ = cart_with_links()
+    system = scene.compile()
+    objective = ha.Objective(system, pushed(system), [ha.free(force, pieces=2)])
+    points = [objective.x, objective.x - 3.0]
+    with concurrent.futures.ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
+        assert list(pool.map(objective.value, points)) == [objective.value(x) for x in points]
+
+
+def test_pickles_of_states():
+    scene = ha.Scene()
+    scene.gravity(0.0, -10.0)
+    mass, force = scene.design("mass", 2.0), scene.control("force")
+    ball = scene.particle("ball", mass, (0.0, 0.8))
+    scene.force("push", {ball.x: force * ha.t})
+    floor = scene.event("landing", ball.y)
+    stop = scene.constraint("floor", ball.y)
+    scene.close_at_event(floor, stop)
+    system = scene.compile()
+    inputs = system.at_rest(60, 0.01)
+    inputs[force] = 3.0
+    phases = ha.Solver(system).find_phases(inputs, 8)
+    motion = ha.simulate(system, phases)
+    at_start, at_end = ha.Mechanics.at_start(system, inputs), ha.Mechanics.at_node(motion, -1)
+    assert abs(at_start.accelerations()[0][1]) > 9.0 and abs(at_end.accelerations()[0][1]) < 1e-9
+    for at in (at_start, at_end, ha.Mechanics(system, v=[1.0, 2.0]).with_design([3.0]).at_time(0.5)):
+        again = pickle.loads(pickle.dumps(at))
+        assert np.array_equal(again.q, at.q) and np.array_equal(again.v, at.v) and again.energy == at.energy
+        assert all(np.array_equal(of, expected) for of, expected in zip(again.accelerations(), at.accelerations()))
 
 
 def test_inputs_as_files(tmp_path):

@@ -370,7 +370,7 @@ impl Inputs {
             let what = format!("the node at which `{cost}` is evaluated (`Sum::Node`)");
             return Err(Error::Parameter { what, value: node as f64, must_be: "at most the number of steps" });
         }
-        check_open(self, system)?;
+        check_open("Inputs::open", &self.open, system)?;
         check_events(self, system)?;
         check_timed(self, system)?;
         if self.grid.stages == 0 {

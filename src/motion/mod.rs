@@ -36,7 +36,7 @@ pub(crate) use grid::passed;
 pub(crate) use inputs::check_size;
 pub use inputs::{Held, Inputs, Start};
 pub use occurrence::Occurrence;
-pub(crate) use occurrence::{Phases, Scales};
+pub(crate) use occurrence::{Phases, Scales, check_open};
 pub(crate) use open::{Due, OPEN, closed, open, with_open};
 pub(crate) use progress::Watch;
 pub use progress::{Progress, Task};

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::Timed;
 use crate::number::Real;
-use crate::{Error, Event, Grid, Inputs, System, Warning};
+use crate::{Error, Event, Grid, Inputs, Multiplier, System, Warning};
 
 /// An event that determines a node: the steps between the previous event, or the start, and this node are multiplied by a common factor such that
 /// the function of the event is zero at the node.
@@ -144,14 +144,14 @@ fn check_zero_steps(inputs: &Inputs, system: &System, (event, node): (usize, usi
     Err(Error::Parameter { what, value: inputs.grid.steps[step], must_be: "0" })
 }
 
-/// Checks the equations that are open at the start.
-pub(crate) fn check_open(inputs: &Inputs, system: &System) -> Result<(), Error> {
-    for open in &inputs.open {
+/// Checks the equations that are open at a place.
+pub(crate) fn check_open(place: &str, open: &[Multiplier], system: &System) -> Result<(), Error> {
+    for open in open {
         if open.index() >= system.m() || !system.owns(open.0) {
-            return Err(Error::Foreign { element: "Inputs::open".into(), kind: "multiplier" });
+            return Err(Error::Foreign { element: place.into(), kind: "multiplier" });
         }
         if !system.may_open(open.index()) {
-            let what = format!("the number of {} in `Inputs::open`", system.equation_name(open.index()));
+            let what = format!("the number of {} in `{place}`", system.equation_name(open.index()));
             let must_be = "that of an equation that some event of the scene opens, closes or hits";
             return Err(Error::Parameter { what, value: open.index() as f64, must_be });
         }

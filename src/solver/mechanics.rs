@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::accelerations::Accelerations;
 use crate::forward::ForwardSweep;
-use crate::motion::{column, open, with_open};
+use crate::motion::{check_open, column, open, with_open};
 use crate::redundancy::{Scaled, mass_matrix};
 use crate::scene::planar::Point;
 use crate::scene::spatial::{Marker, MarkerState};
@@ -126,6 +126,16 @@ impl Mechanics {
     pub fn at_time(mut self, t: f64) -> Result<Self, Error> {
         check("t", 1, &[t])?;
         self.t = t;
+        Ok(self)
+    }
+
+    /// The same state with these equations open and all others closed.
+    ///
+    /// # Errors
+    /// A multiplier of another scene, or an equation that no event opens, closes or hits.
+    pub fn with_open(mut self, open: &[Multiplier]) -> Result<Self, Error> {
+        check_open("Mechanics::with_open", open, &self.system)?;
+        self.open = open.iter().map(Multiplier::index).collect();
         Ok(self)
     }
 
@@ -262,6 +272,21 @@ impl Mechanics {
     /// The velocities v, m/s or rad/s.
     pub fn v(&self) -> &[f64] {
         &self.v
+    }
+
+    /// The controls u.
+    pub fn controls(&self) -> &[f64] {
+        &self.u
+    }
+
+    /// The time, s.
+    pub fn t(&self) -> f64 {
+        self.t
+    }
+
+    /// The multipliers of the equations that are open.
+    pub fn open(&self) -> Vec<Multiplier> {
+        self.open.iter().map(|&j| self.system.multiplier(j)).collect()
     }
 
     /// The value of a parameter.

@@ -34,6 +34,13 @@ fn reactions_of_open_equations_are_zero() -> Result<(), Error> {
             assert!(if is_closed { size > 1e-3 } else { size < 1e-20 }, "node {node}: {lambda}");
         }
     }
+    let at = Mechanics::at_node(&system, solver.inputs(), motion, 30)?;
+    assert_eq!(at.open(), [system.multiplier(floor)]);
+    let again = Mechanics::new(&system, at.q(), at.v())?.with_controls(at.controls())?.at_time(at.t())?;
+    assert_ne!(again.accelerations()?, at.accelerations()?);
+    assert_eq!(again.clone().with_open(&at.open())?.accelerations()?, at.accelerations()?);
+    let error = again.with_open(&[system.multiplier(0)]).expect_err("a hinge does not open");
+    assert_says(&error, &["`Mechanics::with_open`", "opens, closes or hits"]);
     Ok(())
 }
 
