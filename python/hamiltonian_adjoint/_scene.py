@@ -297,7 +297,12 @@ class Scene(Parts):
     ) -> list[Output]:
         """Adds an output (quantity − value) / deviation for each reading of a quantity, a coordinate or a formula such as `x.v` or `rope[0].lam`.
 
-        `deviation` is the standard deviation, or one for each reading. `steps`, `dt` and `t0` are the grid of the motion, whose nodes must include the
+        `deviation` is the standard deviation of the random error, in the unit of the quantity, or one for each reading. A fit by 'Levenberg-Marquardt' gives
+        two kinds of errors of what it determines. If the deviations are known, as from the data sheet of a sensor, `absolute_errors` are right; if only
+        their ratios are known, or all are a guess such as 1, `standard_errors`, which the scatter of the readings about the fit determines. Both are
+        about equal if `chi_squared` is about `degrees_of_freedom`.
+
+        `steps`, `dt` and `t0` are the grid of the motion, whose nodes must include the
         times of the readings, s (`steps_through`); inputs with nodes at other times are rejected. The output of reading i is called `name.i`.
         """
         t, x, s = checked_readings(name, times, values, deviation)

@@ -100,6 +100,7 @@ MISTAKES = [
     (lambda g: ha.gradient(g.system, g.inputs, tolerence=1e-9), TypeError, "there is no setting `tolerence`"),
     (lambda g: ha.gradient(g.system, g.inputs, scheme="euler"), ha.InputError, "the schemes are 'trapezoidal rule', 'TR-BDF2'"),
     (lambda g: ha.gradient(g.system, ha.cart_pendulum(1).compile().at_rest(3, 0.1)), ha.InputError, "belong to another system"),
+    (lambda g: (g.s.cost("J", g.x, sum=ha.node(30)), ha.gradient(g.system, g.inputs)), ha.InputError, "(`sum=node(i)`), on a grid with nodes 0 to 10, is 30; it must be"),
     (lambda g: ha.Solver(g.system).gradient(), ha.MotionError, "call `simulate` first"),
     (lambda g: ha.Scene.from_json("{"), ha.FileError, "line 1, column"),
     (lambda g: ha.Scene.from_json("{}"), ha.FileError, "is missing"),

@@ -367,7 +367,8 @@ impl Inputs {
             return Err(Error::Parameter { what, value: before.max(behind) as f64, must_be });
         };
         if let Some((node, cost)) = system.last_cost_node().filter(|(node, _)| *node >= of_whole) {
-            let what = format!("the node at which `{cost}` is evaluated (`Sum::Node`)");
+            let last = of_whole - 1;
+            let what = format!("the node at which `{cost}` is evaluated (`Sum::Node`), on a grid with nodes 0 to {last},");
             return Err(Error::Parameter { what, value: node as f64, must_be: "at most the number of steps" });
         }
         check_open("Inputs::open", &self.open, system)?;
