@@ -21,6 +21,11 @@ if TYPE_CHECKING:
 
 # A legend with more lines hides more than it explains.
 _MOST_IN_LEGEND = 16
+# A column of a legend with more lines is higher than the axes beside it.
+_MOST_IN_COLUMN = 8
+# Colours of matplotlib are repeated after ten lines.
+_STYLES = ("-", "--", ":")
+_COLOURS = 10
 _KINDS = {
     "q": "coordinates",
     "v": "velocities",
@@ -53,11 +58,16 @@ def plot_motion(motion: Motion, symbols: Sequence[Any], ax: Any, style: dict[str
     for line in _lines(motion, symbols or _default(motion.system), units):
         panels.setdefault((line.kind, line.unit), []).append(line)
     axes = _axes(ax, len(panels))
-    for place, lines in zip(axes if len(axes) > 1 else np.repeat(axes, len(panels)), panels.values()):
+    are_shared = len(axes) < len(panels)
+    for place, lines in zip(np.repeat(axes, len(panels)) if are_shared else axes, panels.values()):
         for line in lines:
-            place.plot(motion.times, line.values, **{"label": _text(line.name), **style})
-        _describe(place, lines)
+            name = f"{line.name} [{line.unit}]" if are_shared and line.unit else line.name
+            place.plot(motion.times, line.values, **{"label": _text(name), **_dashes(place, style), **style})
+        place.set_ylabel("" if are_shared else _what(lines))
+        _explain(place)
     axes[-1].set_xlabel("time [s]")
+    if ax is None:
+        axes[0].figure.align_ylabels(axes)
     return ax if ax is not None else axes[0] if len(axes) == 1 else axes
 
 
@@ -138,10 +148,22 @@ def _text(name: str) -> str:
     return (" " if name.startswith("_") else "") + name.replace("$", r"\$")
 
 
-def _describe(place: Any, lines: list[Line]) -> None:
-    """Names and units: beside the axes of a single line, else in a legend."""
+def _dashes(place: Any, style: dict[str, Any]) -> dict[str, str]:
+    """Dashes of a line whose colour other lines have already."""
+    repeats = len(place.lines) // _COLOURS
+    return {"linestyle": _STYLES[repeats % len(_STYLES)]} if repeats and not {"linestyle", "ls"} & set(style) else {}
+
+
+def _what(lines: list[Line]) -> str:
+    """What lines of one kind and unit are."""
     kind, unit, name, _ = lines[0]
     what = _text(name) if len(lines) == 1 else _KINDS[kind]
-    place.set_ylabel(f"{what} [{unit}]" if unit else what)
-    if 1 < len(place.lines) <= _MOST_IN_LEGEND:
-        place.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize="small")
+    return f"{what} [{unit}]" if unit else what
+
+
+def _explain(place: Any) -> None:
+    """Names the lines if there are several, beside the axes if the figure makes room for it."""
+    count = len(place.lines)
+    if 1 < count <= _MOST_IN_LEGEND:
+        beside = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5), "frameon": False, "ncols": -(-count // _MOST_IN_COLUMN)}
+        place.legend(fontsize="small", **(beside if place.figure.get_layout_engine() else {}))

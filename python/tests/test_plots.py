@@ -43,8 +43,27 @@ def test_motions_share_axes(motion):
     assert motion.plot("cart.x", "link 1.φ", ax=axes) is axes and [len(of.lines) for of in axes] == [2, 2]
     one = motion.plot("cart.x")
     assert motion.plot("cart.x", "link 1.φ", ax=one) is one and len(one.lines) == 3
+    # Axes of several units have no unit.
+    assert one.get_ylabel() == "" and [line.get_label() for line in one.lines[1:]] == ["cart.x [m]", "link 1.φ [rad]"]
     with pytest.raises(ha.InputError, match="2 axes were given, but these quantities need 3"):
         motion.plot("cart.x", "link 1.φ", "force on the cart", ax=axes)
+
+
+def test_many_lines_can_be_told_apart():
+    system = cart_with_links(7)[0].compile()
+    axes = ha.simulate(system, pushed(system, steps=2)).plot()
+    figure = axes[0].figure
+    figure.canvas.draw()
+    boxes = [of.get_legend().get_window_extent() for of in axes[:4]]
+    assert all(above.y0 > below.y1 for above, below in zip(boxes, boxes[1:])) and boxes[0].y1 < figure.bbox.y1
+    looks = [(line.get_color(), line.get_linestyle()) for line in axes[0].lines]
+    assert len(looks) == 16 == len(set(looks))
+    own = plt.subplots()[1]
+    ha.simulate(system, pushed(system, steps=2)).plot("cart.x", "link 1.φ", "force on the cart", ax=own)
+    own.figure.canvas.draw()
+    box = own.get_legend().get_window_extent()
+    assert own.bbox.x0 < box.x0 and box.x1 < own.bbox.x1
+    plt.close("all")
 
 
 def test_mistakes(motion):
