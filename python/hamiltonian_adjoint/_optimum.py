@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
@@ -103,7 +104,8 @@ class Optimum:
 
     def __repr__(self) -> str:
         lines = self._off() if self.chi_squared is None else self._parameters()
-        return "\n  ".join([f"<optimum: {self.message}>", *lines])
+        message = self.message.replace(", after ", ",\n  after ", 1).replace("): ", "):\n  ", 1)
+        return "\n  ".join([f"<optimum: {message}>", *lines])
 
     def _off(self) -> Iterator[str]:
         """The outputs that violate their limits, the worst first."""
@@ -125,11 +127,19 @@ class Optimum:
             scale, is_log = self._scales.get(name, (1.0, False))
             slope = scale * np.exp(x) if is_log else scale
             value = slope if is_log else scale * x
-            yield f"{name} = {value:.6g}" if error is None else f"{name} = {value:.6g} ± {slope * error:.2g}"
+            yield f"{name} = {value:.6g}" if error is None else f"{name} = {_with_error(value, slope * error)}"
         if len(self.x) > _PARAMETERS:
             yield f"… and {counted(len(self.x) - _PARAMETERS, 'other variable')}"
         if self.undetermined:
             yield f"without standard errors, because the readings do not determine {', '.join(self.undetermined[:_PARAMETERS])}"
+        if not self.converged:
+            yield "no minimum was reached, so that these errors mean little: try another start, bounds, or shorter steps"
+
+
+def _with_error(value: float, error: float) -> str:
+    """A value with as many decimals as its error, which has two digits."""
+    decimals = 1 - math.floor(math.log10(error)) if 0.0 < error < math.inf else -1
+    return f"{value:.{decimals}f} ± {error:.{decimals}f}" if 0 <= decimals <= 9 else f"{value:.6g} ± {error:.2g}"
 
 
 def lowest(found: Iterable[Optimum], violation: float = 1e-9) -> Optimum | None:

@@ -44,7 +44,9 @@ def test_a_fit_to_a_table(tmp_path):
     assert found.degrees_of_freedom == 39 and abs(found.chi_squared - 39) < 3 * np.sqrt(78)
     assert found.chi_squared == pytest.approx(np.sum(found.constraints**2)) and len(found.grid_shifts) == 1 and found.undetermined == []
     lines = str(found).splitlines()
-    assert "largest violation" not in lines[0] and f"  stiffness = {found.x[0]:.6g} ± {error:.2g}" in lines
+    assert lines[0].endswith(",") and lines[1].startswith("  after ") and lines[2].startswith("  χ² ") and "largest violation" not in lines[2]
+    decimals = 1 - int(np.floor(np.log10(error)))
+    assert lines[3] == f"  stiffness = {found.x[0]:.{decimals}f} ± {error:.{decimals}f}" and decimals in (3, 4) and len(lines) == 4
     # The errors for known deviations differ by the factor √(χ²/degrees of freedom) in the part of the noise.
     shift, scale = found.grid_shifts[0], np.sqrt(found.chi_squared / found.degrees_of_freedom)
     assert found.absolute_errors[0] == pytest.approx(np.hypot(np.sqrt(error**2 - shift**2) / scale, shift))
@@ -106,15 +108,23 @@ def test_errors_of_several_parameters():
     found = ha.minimise(system, system.at_rest(200, 0.01), [stiffness, damping], method="Levenberg-Marquardt")
     noise = np.linalg.inv(found.jacobian.T @ found.jacobian)
     assert found.absolute_errors == pytest.approx(np.sqrt(np.diag(noise) + found.grid_shifts**2), rel=1e-6)
-    assert len(str(found).splitlines()) == 3
+    assert len(str(found).splitlines()) == 5
     scaled = ha.minimise(
         system, system.at_rest(200, 0.01), [ha.free(stiffness, logarithm=True, scale=2.0), ha.free(damping, scale=0.1)], method="Levenberg-Marquardt"
     )
     assert scaled.x[0] == pytest.approx(np.log(found.x[0] / 2.0), rel=1e-4)
-    for of, line in zip(found.names, str(scaled).splitlines()[1:]):
+    for of, line in zip(found.names, str(scaled).splitlines()[3:]):
         name, value, error = re.fullmatch(r"  (.*) = (.*) ± (.*)", line).groups()
         i = found.names.index(of)
-        assert name == of and float(value) == pytest.approx(found.x[i], rel=1e-4) and float(error) == pytest.approx(found.standard_errors[i], rel=0.06)
+        assert name == of and abs(float(value) - found.x[i]) <= 0.06 * found.standard_errors[i] and float(error) == pytest.approx(found.standard_errors[i], rel=0.06)
+
+
+def test_a_fit_that_ends_early_says_so():
+    scene, x, stiffness = oscillator()
+    scene.readings("position", x, [0.5, 1.0, 1.5], [0.54, -0.42, -0.99], deviation=0.01, steps=100, dt=0.02)
+    system = scene.compile()
+    found = [ha.minimise(system, system.at_rest(100, 0.02), [stiffness], method="Levenberg-Marquardt", iterations=count) for count in (1, 100)]
+    assert ["shorter steps" in str(of).splitlines()[-1] for of in found] == [True, False] and found[1].converged
 
 
 def test_as_many_readings_as_parameters():
