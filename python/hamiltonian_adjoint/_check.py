@@ -48,8 +48,8 @@ def check_gradient(
 
     The comparison is along random directions of the inputs; `complete` compares every single input, too.
     """
-    name = output if output is None or isinstance(output, str) else output.name
     checked = _checked(inputs, system)
+    name = None if output is None else system._named("output", system.outputs, output)
     return Report(*_core.check_gradient(system, checked, name, complete, tolerance, directions, seed, **settings))
 
 

@@ -112,6 +112,13 @@ class Entries:
             raise TypeError(f"`{what}` must be {example}, not {of!r}")
         return self.own(of).name
 
+    @staticmethod
+    def _list(what: str, of: Any) -> list[Any]:
+        """Several equations."""
+        if not isinstance(of, Iterable):
+            raise TypeError(f"`{what}` must be a list of equations, such as [joint[0]], or a joint with all its equations, not {of!r}")
+        return list(of)
+
     def _axis(self, what: str, of: Any) -> Any:
         """A coordinate, or coordinates with factors."""
         if not isinstance(of, Mapping):
@@ -137,7 +144,7 @@ class Entries:
             "the name of a coordinate": lambda: self.handle(what, value, Coordinate, "a coordinate"),
             "the name of a coordinate, or a list of coordinates with factors": lambda: self._axis(what, value),
             "the name of a constraint equation": lambda: self.handle(what, value, Equation, equation),
-            "names of constraint equations": lambda: [self.handle(what, of, Equation, equation) for of in value],
+            "names of constraint equations": lambda: [self.handle(what, of, Equation, equation) for of in self._list(what, value)],
             "the name of a rule of summation, or the number of a node or an event": lambda: checked_sum(value),
             "0, 1, 2 …": lambda: int(value),
             "a number": lambda: float(value),

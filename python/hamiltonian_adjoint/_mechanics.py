@@ -155,22 +155,29 @@ class Mechanics:
         if not isinstance(of, Marker):
             raise TypeError(f"a marker such as arm.at(0, 0, 0.5) is expected, not {marker!r}")
         at, *axes = (self._formulas(of.entries[name]) if name in of.entries else None for name in ("at", "along", "toward", "turned"))
-        return MarkerState(*self._core.marker(of.body.name, at, axes))
+        return MarkerState(*self._core.marker(self._body(of.body), at, axes))
+
+    def _body(self, of: Any) -> str | None:
+        """The name of a body; the ground has none."""
+        name: str | None = getattr(of, "name", None)
+        if name is not None:
+            self.system._check_scene(of)
+        return name
 
     def _point(self, point: Any) -> tuple[str | None, Any]:
         of: Any = point.point() if isinstance(point, Particle) else point
         if not isinstance(of, Point):
             raise TypeError(f"a point such as arm.at(0.5, 0) is expected, not {point!r}")
-        return getattr(of.body, "name", None), self._formulas((of.x, of.y))
+        return self._body(of.body), self._formulas((of.x, of.y))
 
     def _formulas(self, numbers: Iterable[Any]) -> tuple[list[str], list[str]]:
         """Numbers and expressions of design variables as text."""
         designs = self.system.designs
 
         def name(symbol: Symbol) -> str:
-            if not isinstance(symbol, Design) or symbol.key not in designs:
-                raise KeyError(f"the system has no design variable `{symbol.label}`")
-            return f"x[{designs.index(symbol.key)}]"
+            if not isinstance(symbol, Design):
+                raise TypeError(f"`{symbol.label}` changes during the motion: points of bodies depend on design variables only")
+            return f"x[{self.system._number(symbol, designs)}]"
 
         return write([operand(x) for x in numbers], name)
 
@@ -179,14 +186,17 @@ class Mechanics:
         if not isinstance(symbol, Symbol) or symbol.list not in _VALUES:
             raise TypeError(f"a state has values of coordinates, `x.v`, `x.a` and reactions `rope[0].lam`, not of {symbol!r}")
         names = getattr(self.system, _VALUES[symbol.list])
-        if symbol.key not in names:
-            raise KeyError(f"the system has no `{symbol.label}`")
+        number = self.system._number(symbol, names)
         v_dot, lam = (self._accelerations if symbol.list in ("v_dot", "lambda") else (None, None))
         of: Any = {"q": self.q, "v": self.v, "v_dot": v_dot, "lambda": lam}[symbol.list]
-        return float(of[names.index(symbol.key)])
+        return float(of[number])
 
     def __repr__(self) -> str:
         return f"<mechanics of {self.system!r}>"
+
+
+def _of_state(system: System, state: Any) -> Mechanics:
+    return Mechanics._of(system, _core.Mechanics.of_state(system, state))
 
 
 def _numbers(what: str, x: ArrayLike) -> list[float]:
@@ -194,7 +204,3 @@ def _numbers(what: str, x: ArrayLike) -> list[float]:
     if of.ndim != 1:
         raise InputError(f"`{what}` must be a list of numbers, but its shape is {of.shape}")
     return of.tolist()
-def _of_state(system: System, state: Any) -> Mechanics:
-    return Mechanics._of(system, _core.Mechanics.of_state(system, state))
-
-

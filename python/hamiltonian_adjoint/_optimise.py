@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _hamiltonian_adjoint as _core
-from ._errors import InputError, warn
+from ._errors import Error, InputError, warn
 from ._expression import Symbol
 from ._free import Free, interval, stated
 from ._handles import Coordinate, Output, end_state_names
+from ._names import suggestion
 from ._optimum import Iterate, Optimum
 from ._progress import Bar, with_bar
 from ._solver import _checked
@@ -97,7 +98,10 @@ class _Stated:
         return Optimum([of.system for of in self._motions], attributes, scales)
 
     def __repr__(self) -> str:
-        return f"<{type(self).__name__} of {counted(len(self.start), 'variable')}>"
+        try:
+            return f"<{type(self).__name__} of {counted(len(self.start), 'variable')}>"
+        except Error as error:
+            return f"<{type(self).__name__} that cannot be solved: {error}>"
 
 
 class Problem(_Stated):
@@ -116,10 +120,13 @@ class Problem(_Stated):
         bounds: Mapping[Symbol | str, Any] | None = None,
         constraints: Mapping[Output | str, Any] | None = None,
         settings: Mapping[str, Any] | None = None,
+        **misplaced: Any,
     ) -> None:
+        _refuse(misplaced)
         self.system, self.inputs, self.settings = system, _checked(inputs, system).copy(), _settings(settings)
         self._free = [of._core for of in stated(free, bounds)]
-        self._constraints = [(_name(of), *interval(to, f"constraint `{_name(of)}`")) for of, to in (constraints or {}).items()]
+        wanted = {_output(system, of): to for of, to in (constraints or {}).items()}
+        self._constraints = [(name, *interval(to, f"constraint `{name}`")) for name, to in wanted.items()]
         self._motions = [self]
 
     def homotopy(
@@ -162,12 +169,13 @@ class MultipleShooting(_Stated):
         bounds: Mapping[Symbol | str, Any] | None = None,
         constraints: Mapping[Output | str, Any] | None = None,
         settings: Mapping[str, Any] | None = None,
+        **misplaced: Any,
     ) -> None:
-        self._motions = [Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings)]
-        names = [of if isinstance(of, str) else of.name for of in states]
+        self._motions = [Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings, **misplaced)]
+        names = [system._named("coordinate", system.coordinates, of) for of in states]
         ends = [(name, *end_state_names(name)) for name in names]
         guesses = [_guess(inputs, of, values) for of, values in (guess or {}).items()]
-        self._shooting = (int(segments), ends, guesses, [_name(of) for of in costs])
+        self._shooting = (int(segments), ends, guesses, [_output(system, of) for of in costs])
 
 
 class Trials(_Stated):
@@ -205,8 +213,8 @@ def minimise(
     return found
 
 
-def _name(of: Output | str) -> str:
-    return of if isinstance(of, str) else of.name
+def _output(system: System, of: Output | str) -> str:
+    return system._named("output", system.outputs, of)
 
 
 def _guess(inputs: Inputs, of: Symbol | str, values: ArrayLike) -> tuple[bool, int, list[float]]:
@@ -218,6 +226,16 @@ def _guess(inputs: Inputs, of: Symbol | str, values: ArrayLike) -> tuple[bool, i
     if values.shape not in ((), (nodes,)):
         raise InputError(f"the guess of {of!r} has the shape {values.shape}; a number or {nodes} values, one for each node, are expected")
     return which == "v", i, np.broadcast_to(values, nodes).tolist()
+
+
+def _refuse(misplaced: dict[str, Any]) -> None:
+    """Raises a TypeError about keywords that a problem does not have."""
+    for name in misplaced:
+        if name in SETTINGS:
+            raise TypeError(f"`{name}` is a setting of the solver: write settings={{'{name}': …}}; {_KNOWN}")
+        if name in ("method", "start", "callback", "progress", *OPTIONS):
+            raise TypeError(f"`{name}` is an argument of `minimise`: write problem.minimise({name}=…); {_KNOWN}")
+        raise TypeError(f"a problem has no argument `{name}`{suggestion(name, ('bounds', 'constraints', 'settings', 'guess', 'costs'))}")
 
 
 def _options(options: dict[str, Any]) -> dict[str, Any]:

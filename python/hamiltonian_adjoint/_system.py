@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterable
 from functools import cached_property
 from typing import Any
 from weakref import WeakSet
@@ -21,6 +22,9 @@ from ._names import suggestion
 from ._scene import Scene
 from ._words import counted
 
+# The kinds of what formulas, inputs and motions name by their lists.
+_INPUTS = ("control", "coordinate", "design variable")
+_EQUATIONS = ("constraint", "joint")
 # The kinds of parts that add to J.
 _COSTS = {"cost", "effort", "time"}
 _NOTHING_ASKED = "the scene has neither a cost nor an output, so that J and its gradient are zero; add a cost (`scene.cost`) and compile the scene again"
@@ -71,9 +75,9 @@ class System(_core.System):
         """Other scenes that begin with parts of the same kinds and names: they are read once, not for each key."""
         return WeakSet()
 
-    def _check_scene(self, symbol: Symbol) -> None:
+    def _check_scene(self, handle: Any) -> None:
         """Raises a SceneError if a handle belongs to a scene whose parts have other kinds or names than those of the system."""
-        scene, own = symbol.scene, self._kinds_and_names
+        scene, own = handle.scene, self._kinds_and_names
         if scene is None or self._source is None or scene is self._source or scene in self._alike:
             return
         other = _kinds_and_names(scene._core.parts)
@@ -81,12 +85,32 @@ class System(_core.System):
         if len(other) >= len(own) and other[: len(own)] == own:
             self._alike.add(scene)
         elif any(a != b for a, b in zip(own, other)):
-            raise SceneError(f"`{symbol.label}` belongs to another scene; use handles of the scene that was compiled")
+            raise SceneError(f"`{getattr(handle, 'label', handle.name)}` belongs to another scene; use handles of the scene that was compiled")
 
-    def _later(self, name: str, scene: Scene | None) -> str:
-        """The end of a message about a name that the system does not have: whether the scene has such an input since."""
+    def _number(self, symbol: Symbol, names: list[str]) -> int:
+        """The number of a handle among names of the system."""
+        self._check_scene(symbol)
+        if symbol.key not in names:
+            is_equation = symbol.list in ("sigma", "lambda")
+            # The equation `hinge.1` belongs to the part `hinge`.
+            parts = (symbol.name, symbol.name.rpartition(".")[0]) if is_equation else (symbol.name,)
+            later = [self._later(part, symbol.scene, _EQUATIONS if is_equation else _INPUTS) for part in parts]
+            raise KeyError(f"the system has no `{symbol.label}`{next(filter(None, later), '')}")
+        return names.index(symbol.key)
+
+    def _named(self, kind: str, names: list[str], of: Any) -> str:
+        """The name of an output, an event or a coordinate, which is given by it or by its handle."""
+        name: str = of if isinstance(of, str) else of.name
+        if not isinstance(of, str):
+            self._check_scene(of)
+        if name not in names:
+            raise InputError(f"the system has no {kind} `{name}`{self._later(name, getattr(of, 'scene', None), (kind,)) or suggestion(name, names)}")
+        return name
+
+    def _later(self, name: str, scene: Scene | None, kinds: Iterable[str] = _INPUTS) -> str:
+        """The end of a message about a name that the system does not have: whether the scene has something of these kinds with this name since."""
         scene = self._source and (scene or self._source)
-        is_known = scene is not None and not {"control", "coordinate", "design variable"}.isdisjoint(scene._core.kinds_of(name))
+        is_known = scene is not None and not set(kinds).isdisjoint(scene._core.kinds_of(name))
         return ": it was added to the scene after this system was compiled; compile the scene again" if is_known else ""
 
     def __repr__(self) -> str:
@@ -117,10 +141,7 @@ def _index(system: Any, symbol: Any) -> tuple[str, int]:
     if not isinstance(symbol, Symbol) or symbol.list not in kinds:
         raise TypeError(f"inputs are chosen by a control, a design variable, a coordinate or a velocity such as `x.v`, not by {symbol!r}")
     of, names = kinds[symbol.list]
-    system._check_scene(symbol)
-    if symbol.key not in names:
-        raise KeyError(f"the system has no `{symbol.label}`{system._later(symbol.name, symbol.scene)}")
-    return of, names.index(symbol.key)
+    return of, system._number(symbol, names)
 
 
 class _ByName:
@@ -212,13 +233,13 @@ class Inputs(_ByName):
     def assemble(self, *hold: Coordinate) -> Inputs:
         """Treats q and v as guesses for a start that satisfies the constraints; these coordinates and their velocities are kept."""
         self.start = "assembled"
-        names = [x if isinstance(x, str) else x.name for x in hold]
+        names = [self.system._named("coordinate", self.system.coordinates, x) for x in hold]
         self.held = (names, list(names))
         return self
 
     def at(self, event: Event | str, node: int) -> None:
         """Lets an event determine a node."""
-        self.events = [*self.events, (event if isinstance(event, str) else event.name, int(node))]
+        self.events = [*self.events, (self.system._named("event", self.system.events, event), int(node))]
 
     def copy(self) -> Inputs:
         """Inputs with the same values."""

@@ -9,6 +9,7 @@ import numpy as np
 from . import _hamiltonian_adjoint as _core
 from ._errors import InputError
 from ._expression import Expression, Symbol, write
+from ._names import suggestion
 
 if TYPE_CHECKING:
     from ._solver import Motion
@@ -32,18 +33,15 @@ def row(motion: Motion, symbol: Symbol | str) -> Row:
     if isinstance(symbol, str):
         kinds = [kind for kind, names in (("q", system.coordinates), ("u", system.controls)) if symbol in names]
         if len(kinds) != 1:
-            raise KeyError(f"{'a coordinate and a control have' if kinds else 'no coordinate or control has'} the name `{symbol}`; use the handle")
-        kind, key = kinds[0], symbol
-    elif isinstance(symbol, Symbol) and symbol.list in _ROWS:
-        kind, key = symbol.list, symbol.key
-    else:
+            unknown = f"no coordinate or control has the name `{symbol}`{system._later(symbol, None) or suggestion(symbol, [*system.coordinates, *system.controls])}"
+            raise KeyError(f"a coordinate and a control have the name `{symbol}`; use the handle" if kinds else unknown)
+        symbol = Symbol(kinds[0], symbol)
+    elif not isinstance(symbol, Symbol) or symbol.list not in _ROWS:
         shown = symbol.label if isinstance(symbol, Symbol) else symbol
         raise KeyError(f"a motion has no values of `{shown}`; it has those of coordinates, `x.v`, `x.a`, controls, `hinge[0].lam` and formulas of them")
-    names = {"u": system.controls, "sigma": system.equations, "lambda": system.equations}.get(kind, system.coordinates)
-    if key not in names:
-        raise KeyError(f"the system has no `{symbol.label if isinstance(symbol, Symbol) else symbol}`")
-    number = names.index(key)
-    return Row(kind, number, getattr(motion, _ROWS[kind])[number])
+    names = {"u": system.controls, "sigma": system.equations, "lambda": system.equations}.get(symbol.list, system.coordinates)
+    number = system._number(symbol, names)
+    return Row(symbol.list, number, getattr(motion, _ROWS[symbol.list])[number])
 
 
 def values(motion: Motion, formula: Expression) -> Array:

@@ -22,6 +22,9 @@ def test_no_output_with_a_name():
     system = cart_with_links()[0].compile()
     with pytest.raises(ha.InputError, match="no output `end`"):
         ha.check_gradient(system, pushed(system), output="end")
+    with pytest.raises(ha.InputError, match="no output `ends`; did you mean `end`?"):
+        system = own().compile()
+        ha.check_gradient(system, system.at_rest(5, 0.02), output="ends")
 
 
 def polar(x):

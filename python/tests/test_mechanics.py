@@ -60,10 +60,14 @@ def test_points_and_other_values_of_the_design():
     assert at.velocity(tip) == pytest.approx((ahead - behind) / 2e-6, abs=1e-9)
     assert at.position(dot).tolist() == [2.0, 3.0] and at.velocity(dot).tolist() == [0.7, 0.0]
     assert at.position(ha.GROUND.at(1.0, length)).tolist() == [1.0, 1.2]
-    with pytest.raises(ha.InputError, match="no body `other`"):
+    with pytest.raises(ha.SceneError, match="`other` belongs to another scene"):
         at.position(ha.Scene().body("other", 1.0, 1.0).at(0.0, 0.0))
-    with pytest.raises(KeyError, match="no design variable `width`"):
+    with pytest.raises(ha.SceneError, match="`width` belongs to another scene"):
         at.position(arm.at(ha.Scene().design("width", 1.0), 0.0))
+    with pytest.raises(ha.InputError, match="no body `late`"):
+        at.position(scene.body("late", 1.0, 1.0).at(0.0, 0.0))
+    with pytest.raises(KeyError, match="the system has no `depth`: it was added to the scene after this system was compiled"):
+        at.position(arm.at(scene.design("depth", 1.0), 0.0))
     with pytest.raises(TypeError, match=r"a point such as arm.at\(0.5, 0\)"):
         at.position(arm)
 

@@ -44,6 +44,14 @@ def later(g, name=None):
     inputs[name or late] = 1.0
 
 
+def late_keys(g, read):
+    """Reads values of a coordinate and an equation that are added after the simulation."""
+    motion = ha.simulate(g.system, g.inputs)
+    system, scene = motion.system, g.scene
+    late, rope = scene.coordinates("late", ["x"]).x, scene.distance("rope", ha.GROUND.at(0, 0), g.rod.at(1, 0), 2.0)
+    read(motion, ha.Mechanics(system), late, rope[0])
+
+
 MISTAKES = [
     (lambda g: math.sin(g.x), TypeError, "use functions of numpy, such as numpy.sin(x)"),
     (lambda g: float(g.x * 2), TypeError, "cart.x * 2 has no value while the formula is written"),
@@ -144,6 +152,21 @@ MISTAKES = [
     (lambda g: g.inputs.__setitem__(g.force, "much"), TypeError, "`force` must be set to numbers, not to 'much'"),
     (lambda g: g.inputs[g.foreign], ha.SceneError, "`other.x` belongs to another scene; use handles of the scene that was compiled"),
     (lambda g: g.inputs["rod"], KeyError, "no input has the name `rod`; did you mean `rod.x` or"),
+    (lambda g: late_keys(g, lambda motion, at, x, rope: motion[x.v]), KeyError, "the system has no `late.x.v`: it was added to the scene after this system"),
+    (lambda g: late_keys(g, lambda motion, at, x, rope: motion[x * 2]), KeyError, "the system has no `late.x`: it was added to the scene after this system"),
+    (lambda g: late_keys(g, lambda motion, at, x, rope: motion["late.x"]), KeyError, "has the name `late.x`: it was added to the scene after this system"),
+    (lambda g: late_keys(g, lambda motion, at, x, rope: motion[rope.lam]), KeyError, "the system has no `rope.lam`: it was added to the scene after this system"),
+    (lambda g: late_keys(g, lambda motion, at, x, rope: at[x.a]), KeyError, "the system has no `late.x.a`: it was added to the scene after this system"),
+    (lambda g: late_keys(g, lambda motion, at, x, rope: at[rope.lam]), KeyError, "the system has no `rope.lam`: it was added to the scene after this system"),
+    (lambda g: late_keys(g, lambda motion, at, x, rope: motion["Cart.x"]), KeyError, "no coordinate or control has the name `Cart.x`; did you mean `cart.x`?"),
+    (lambda g: late_keys(g, lambda motion, at, x, rope: motion[g.foreign]), ha.SceneError, "`other.x` belongs to another scene"),
+    (lambda g: late_keys(g, lambda motion, at, x, rope: at[g.foreign.v]), ha.SceneError, "`other.x.v` belongs to another scene"),
+    (lambda g: ha.Mechanics(g.system).position(g.other.body("rod", 1.0, 1.0).at(0, 0)), ha.SceneError, "`rod` belongs to another scene"),
+    (lambda g: ha.Mechanics(g.system).position(g.rod.at(g.x, 0)), TypeError, "`cart.x` changes during the motion"),
+    (lambda g: g.inputs.at("landing", 3), ha.InputError, "the system has no event `landing`"),
+    (lambda g: g.inputs.assemble("cart.X"), ha.InputError, "the system has no coordinate `cart.X`; did you mean `cart.x`?"),
+    (lambda g: g.inputs.assemble(g.foreign), ha.SceneError, "`other.x` belongs to another scene"),
+    (lambda g: g.s.close_at_event(g.s.event("e", g.x), g.s.constraint("c", g.x)[0]), TypeError, "`equations` must be a list of equations, such as [joint[0]]"),
     (lambda g: later(g), KeyError, "the system has no `late`: it was added to the scene after this system was compiled; compile the scene again"),
     (lambda g: later(g, "late"), KeyError, "no input has the name `late`: it was added to the scene after"),
 ]

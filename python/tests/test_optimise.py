@@ -143,6 +143,9 @@ def test_an_optimum_lists_the_worst_outputs():
     assert worst == sorted(worst, reverse=True) and "… and 3 other outputs" in lines[5] and len(lines) == 7
 
 
+END = "value of block.x at the end"
+
+
 @pytest.mark.parametrize(
     "call, kind, message",
     [
@@ -159,11 +162,16 @@ def test_an_optimum_lists_the_worst_outputs():
         (lambda s, i, f: ha.minimise(s, i, [f], bounds={f: (1, 2, 3)}), ha.InputError, r"bounds of control `force`: bounds are a pair"),
         (lambda s, i, f: ha.minimise(s, i, [f], bounds={f: 0.1}), ha.InputError, "not 0.1; to keep the quantity at this value, set it in the inputs"),
         (lambda s, i, f: ha.free(f, within=0.1), ha.InputError, "free control `force`: bounds are a pair"),
-        (lambda s, i, f: ha.minimise(s, i, [f], constraints={"up": (1, 2, 3)}), ha.InputError, "constraint `up`: a number, a pair"),
-        (lambda s, i, f: ha.minimise(s, i, [f], constraints={"up": "no"}), ha.InputError, "constraint `up`: a number, a pair"),
+        (lambda s, i, f: ha.minimise(s, i, [f], constraints={END: (1, 2, 3)}), ha.InputError, f"constraint `{END}`: a number, a pair"),
+        (lambda s, i, f: ha.minimise(s, i, [f], constraints={END: "no"}), ha.InputError, f"constraint `{END}`: a number, a pair"),
         (lambda s, i, f: ha.minimise(s, i, [f], bounds={"duration": (1, 2)}), ha.InputError, "which is not free"),
         (lambda s, i, f: ha.minimise(s, i, [f], bounds={f: (2, 1)}), ha.InputError, "at least the lower bound"),
         (lambda s, i, f: ha.minimise(s, i, [f], constraints={"height": 0}), ha.InputError, "no output `height`"),
+        (lambda s, i, f: ha.Problem(s, i, [f], constraints={END[:-1]: 0}), ha.InputError, f"did you mean `{END}`"),
+        (lambda s, i, f: ha.Problem(s, i, [f], scheme="ESDIRK4"), TypeError, r"`scheme` is a setting of the solver: write settings=\{'scheme': …\}; options"),
+        (lambda s, i, f: ha.Problem(s, i, [f], iterations=3), TypeError, r"`iterations` is an argument of `minimise`: write problem.minimise\(iterations=…\)"),
+        (lambda s, i, f: ha.Problem(s, i, [f], method="L-BFGS"), TypeError, "`method` is an argument of `minimise`"),
+        (lambda s, i, f: ha.Problem(s, i, [f], bound={}), TypeError, r"a problem has no argument `bound`; did you mean `bounds`\?"),
         (lambda s, i, f: ha.minimise(s, i, [f, f]), ha.Error, "force"),
         (lambda s, i, f: ha.free(f, linear=2, spline=3), TypeError, "only one of them"),
     ],

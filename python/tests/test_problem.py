@@ -168,7 +168,9 @@ def test_outputs_in_the_cost_of_segments():
 @pytest.mark.parametrize(
     "keywords, kind, message",
     [
-        ({"states": ["cart.y"]}, ha.InputError, "`cart.y` has no end state; call `scene.end_state` for it before `scene.compile`"),
+        ({"states": ["link 1.x"]}, ha.InputError, "`link 1.x` has no end state; call `scene.end_state` for it before `scene.compile`"),
+        ({"states": ["cart.X"]}, ha.InputError, "no coordinate `cart.X`; did you mean `cart.x`?"),
+        ({"scheme": "ESDIRK4"}, TypeError, r"`scheme` is a setting of the solver: write settings=\{'scheme': …\}"),
         ({"states": ["cart.x"]}, ha.InputError, "at least the number of degrees of freedom"),
         ({"segments": 0}, ha.InputError, "number of segments"),
         ({"guess": {"cart.x": [1.0, 2.0]}}, ha.InputError, r"the shape \(2,\); a number or 41 values"),
@@ -193,6 +195,7 @@ def test_controls_on_knots_are_not_divided():
     problem = ha.MultipleShooting(system, inputs, [ha.free(force, spline=8)], [rail, angle], 4)
     with pytest.raises(ha.OptimiseError, match="only at all nodes"):
         problem.minimise()
+    assert repr(problem).startswith("<MultipleShooting that cannot be solved: ") and "only at all nodes" in repr(problem)
 
 
 def test_trials():

@@ -70,9 +70,9 @@ def test_mistakes():
     with pytest.raises(KeyError, match="no values of `<equation rod>`"):
         motion[rod[0]]
     other = ha.Scene().coordinates("other", ["x"]).x
-    with pytest.raises(KeyError, match="the system has no `other.x.a`"):
+    with pytest.raises(ha.SceneError, match="`other.x.a` belongs to another scene"):
         motion[other.a]
-    with pytest.raises(KeyError, match="the system has no `other.x`"):
+    with pytest.raises(ha.SceneError, match="`other.x` belongs to another scene"):
         motion[other + 1.0]
 
 
