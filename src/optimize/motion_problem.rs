@@ -38,6 +38,29 @@ struct Point {
     inputs: Inputs,
 }
 
+/// A problem without its solver, for use by several threads.
+pub(super) struct Statement {
+    system: System,
+    settings: Settings,
+    inputs: Inputs,
+    pub(super) variables: Variables,
+    constraints: Vec<Interval>,
+}
+
+impl Statement {
+    /// The problem at a point.
+    ///
+    /// # Errors
+    /// Inputs at this point that do not fit.
+    pub(super) fn at(&self, x: &[f64]) -> Result<MotionProblem, Error> {
+        let mut inputs = self.inputs.clone();
+        self.variables.write(x, &mut inputs);
+        let mut problem = MotionProblem::new(&self.system, self.settings, inputs, self.variables.clone())?;
+        problem.constraints.clone_from(&self.constraints);
+        Ok(problem)
+    }
+}
+
 /// Changed inputs, and the variables on their grid.
 pub(super) struct Changed {
     known: Point,
@@ -67,6 +90,24 @@ impl MotionProblem {
         let gradient = vec![0.0; x.len()];
         let known = Point { x, inputs };
         Ok(MotionProblem { solver, variables, constraints, tried: known.clone(), known, gradient, asked: false, direction })
+    }
+
+    /// What the problem states, without a solver.
+    pub(super) fn statement(&self) -> Statement {
+        Statement {
+            system: self.solver.system().clone(),
+            settings: self.solver.settings(),
+            inputs: self.known.inputs.clone(),
+            variables: self.variables.clone(),
+            constraints: self.constraints.clone(),
+        }
+    }
+
+    /// Makes a point the current one, with its motion, if it has one.
+    pub(super) fn settle_at(&mut self, x: &[f64]) {
+        if self.try_at(x, &mut []).is_ok() {
+            self.settle();
+        }
     }
 
     /// Sets the interval of an output; [`Interval::FREE`] only reports it.

@@ -186,22 +186,32 @@ impl MultipleShooting {
         self.x.clone()
     }
 
-    /// Replaces the independent coordinates at the starts of the segments by q and p\*, so that the segments become a single motion once they
-    /// meet. Each starts with the drift and the multipliers of the end of the previous one. Returns the variables.
+    /// Starts each segment with the drift and the multipliers of the end of the previous one. Repeated at solutions, this leads to a single motion.
     ///
     /// # Errors
     /// A segment without a motion.
-    pub(super) fn join(&mut self) -> Result<Vec<f64>, Error> {
-        let (n, whole, times) = (self.system().n(), self.whole.len(), self.inputs.grid.times());
-        let mut x = self.x.clone();
+    pub(super) fn follow(&mut self) -> Result<(), Error> {
+        let times = self.inputs.grid.times();
         for k in 1..self.segments.len() {
             let end = self.segments[k - 1].motion.solver.end_of_constraints();
             let segment = &mut self.segments[k];
-            let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
+            let own: Vec<f64> = segment.places.iter().map(|&at| self.x[at]).collect();
             segment.continue_from(end);
             segment.try_at(&own, times[segment.first])?;
             segment.settle();
         }
+        Ok(())
+    }
+
+    /// Replaces the independent coordinates at the starts of the segments by q and p\*, so that the segments are a single motion once they meet.
+    /// Returns the variables.
+    ///
+    /// # Errors
+    /// A segment without a motion.
+    pub(super) fn join(&mut self) -> Result<Vec<f64>, Error> {
+        self.follow()?;
+        let (n, whole) = (self.system().n(), self.whole.len());
+        let mut x = self.x.clone();
         x.truncate(whole);
         self.names.truncate(whole);
         for segment in &mut self.segments[1..] {
@@ -251,7 +261,11 @@ impl MultipleShooting {
     pub(super) fn joints(&self, segment: usize) -> impl Iterator<Item = Joint> + use<'_> {
         let row = self.running.len() + self.entries.len() * segment;
         let starts = self.segments.get(segment + 1).map_or(&[][..], Segment::start_places);
-        self.entries.iter().copied().zip(starts).enumerate().map(move |(k, (end, start))| Joint { row: row + k, end, start: *start })
+        self.entries.iter().copied().zip(starts).enumerate().map(move |(k, (end, start))| Joint {
+            row: row + k,
+            end,
+            start: *start,
+        })
     }
 
     /// True if a segment contributes to an output.

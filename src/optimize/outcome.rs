@@ -186,6 +186,13 @@ impl Outcome {
 }
 
 /// One line with the reason, the counts, the value and the largest violation.
+impl Outcome {
+    /// True if a callback stopped the method.
+    pub(super) fn is_interrupted(&self) -> bool {
+        self.reason == Reason::Interrupted
+    }
+}
+
 impl fmt::Display for Outcome {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let (value, violation) = (significant(self.value, 6), significant(self.violation, 2));

@@ -165,7 +165,7 @@ impl Variables {
         &self.free
     }
 
-    fn parts(&self) -> impl Iterator<Item = (&Free, std::ops::Range<usize>)> {
+    pub(super) fn parts(&self) -> impl Iterator<Item = (&Free, std::ops::Range<usize>)> {
         self.free.iter().zip(self.first.windows(2).map(|ends| ends[0]..ends[1]))
     }
 

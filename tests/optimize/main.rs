@@ -12,6 +12,7 @@ mod overdetermined;
 mod refused;
 mod segments;
 mod shooting;
+mod solve;
 mod stages;
 mod starts;
 mod traces;

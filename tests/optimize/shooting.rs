@@ -488,16 +488,6 @@ fn what_segments_cannot_do_with_is_named() {
             .expect_err("wrong")
     };
     let nothing = |_: &mut Scene, _: [Coordinate; 3], _: Control| {};
-    let terminal = |scene: &mut Scene, q: [Coordinate; 3], _: Control| {
-        scene.cost("at the end", Angle, Sum::Terminal, [q[0]], [], [], [1.0.into()]);
-    };
-    assert_says(&wrong(&terminal, &Free::control, 3, 2), &["`at the end`", "output", "`minimise`", "`Sum::Node(N)`"]);
-    let mixed = |scene: &mut Scene, q: [Coordinate; 3], u: Control| {
-        let output = scene.output("both");
-        scene.term(output, "sum", Effort, Sum::Integral, [], [], [u], [1.0.into()]);
-        scene.term(output, "end", Angle, Sum::Terminal, [q[0]], [], [], [1.0.into()]);
-    };
-    assert_says(&wrong(&mixed, &Free::control, 3, 2), &["both", "`Sum::Node(N)`", "`Sum::Terminal`"]);
     let timed = |scene: &mut Scene, _: [Coordinate; 3], _: Control| {
         scene.cost("late", Late, Sum::Integral, [], [], [], []);
     };

@@ -8,7 +8,15 @@ use crate::Error;
 
 /// The first μ for joined segments.
 const JOINED_MU: f64 = 1e-6;
-/// The largest number of iterations of joined segments.
+/// The tolerance of violations in the last round relative to that asked for, and its smallest value.
+const EXACT: f64 = 1e-3;
+const LEAST: f64 = 1e-13;
+/// A result that violates its constraints by more than this as a single motion is not continued as one.
+const FAR: f64 = 1e-2;
+/// Numbers of times that segments are solved again with the drift and the multipliers of those before, and as a single motion in the last round.
+const ROUNDS: usize = 4;
+const LAST: usize = ROUNDS - 1;
+/// The largest number of iterations in a round.
 const MOST_JOINED: usize = 50;
 
 /// Solves the problem in a number of segments, and then as one motion; `None` if it cannot be divided. The problem is left with the motion of the
@@ -40,26 +48,47 @@ pub(super) fn in_segments(
     if !found.reason.is_converged() {
         return Ok(Some(restated(problem, found, &start)));
     }
-    let joined = match system.m() {
-        0 => Ok(None),
-        _ => shooting.join().map(Some),
-    };
-    let found = match joined {
-        Ok(None) => found,
-        Ok(Some(x)) => {
-            let few = Options { iterations: options.iterations.min(MOST_JOINED), ..*options };
-            let joined = stages_from(&mut shooting, (&x, JOINED_MU), &few, &mut only)?;
-            sum(found, joined)
-        }
-        Err(error) => Outcome { reason: Reason::NoStart, first_failure: Some(error), ..found },
-    };
+    let found = if system.m() == 0 { found } else { joined(&mut shooting, found, options, &mut only)? };
     let one = restated(problem, found, &start);
-    if one.reason.is_converged() && one.violation <= options.violation || one.reason == Reason::Interrupted {
+    if one.violation <= options.violation || one.violation > FAR || one.reason == Reason::Interrupted {
         return Ok(Some(one));
     }
     let x = one.x.clone();
     let polished = interior_point(problem, &x, options, watch)?;
     Ok(Some(sum(one, polished)))
+}
+
+/// Makes a single motion of segments that meet in independent coordinates.
+///
+/// # Errors
+/// A problem without Hessian products.
+fn joined(
+    shooting: &mut MultipleShooting,
+    mut found: Outcome,
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Outcome, Error> {
+    let few = Options { iterations: options.iterations.min(MOST_JOINED), ..*options };
+    // Unstable motions amplify what is left.
+    let exact = Options { violation: (EXACT * options.violation).max(LEAST), ..few };
+    for round in 0..ROUNDS {
+        let x = match round {
+            LAST => shooting.join(),
+            _ => shooting.follow().map(|()| shooting.start()),
+        };
+        let x = match x {
+            Ok(x) => x,
+            Err(error) => return Ok(Outcome { reason: Reason::NoStart, first_failure: Some(error), ..found }),
+        };
+        let asked = if round == LAST { &exact } else { &few };
+        let next = stages_from(shooting, (&x, JOINED_MU), asked, watch)?;
+        let is_done = next.reason.is_converged();
+        found = sum(found, next);
+        if !is_done {
+            break;
+        }
+    }
+    Ok(found)
 }
 
 /// The outcome as that of the problem, which is left at its point.

@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::super::MotionProblem;
 use super::super::problem::{Interval, Problem};
 use super::super::segment::Segment;
-use super::super::MotionProblem;
 use crate::assembly::Retraction;
 use crate::motion::check_size;
 use crate::solver::Asked;
@@ -33,6 +33,28 @@ pub enum Guess {
     },
     /// The motion of the inputs of the problem, without segments.
     Inputs,
+}
+
+/// A guess, and a number of starts.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Search {
+    /// The guess of the states, for all starts.
+    pub guess: Guess,
+    /// The number of starts, at least 1: the first with the inputs of the problem, the others with random controls and durations.
+    pub starts: usize,
+}
+
+impl From<Guess> for Search {
+    fn from(guess: Guess) -> Self {
+        Search { guess, starts: 1 }
+    }
+}
+
+impl Guess {
+    /// A search from this guess with a number of starts.
+    pub fn starts(self, starts: usize) -> Search {
+        Search { guess: self, starts }
+    }
 }
 
 /// Independent coordinates, and states at all nodes.
@@ -72,7 +94,9 @@ impl Line {
         let z0 = pose.guess(&q0, &v0);
         let z = match guess {
             Guess::States { q, v } => {
-                let of = |i: usize, node: usize| if i % 2 == 0 { q[(chosen[i / 2], node)] } else { v[(chosen[i / 2], node)] };
+                let of = |i: usize, node: usize| {
+                    if i.is_multiple_of(2) { q[(chosen[i / 2], node)] } else { v[(chosen[i / 2], node)] }
+                };
                 DMatrix::from_fn(z0.len(), nodes, of)
             }
             _ => straight(&z0, &pose.end(&z0, times[nodes - 1], &ends), &times),

@@ -3,24 +3,38 @@
 mod attempt;
 mod guess;
 mod solved;
+mod starts;
 
-use super::{MotionProblem, Options, Reason, Watcher, interior_point};
+use super::{Iterate, MotionProblem, Options, Outcome, Watcher, interior_point, silent};
 use crate::Error;
+use crate::solver::each;
 use attempt::in_segments;
-pub use guess::Guess;
 use guess::Line;
+pub use guess::{Guess, Search};
 pub use solved::{Attempt, Solved};
+use starts::Starts;
 
 /// Numbers of steps of a segment, in the order in which they are tried.
 const STEPS: [usize; 4] = [5, 10, 1, 3];
+/// Number of starts that are tried together, and of starts that must lead to the best value until no others are tried.
+const TOGETHER: usize = 4;
+const AGAIN: usize = 3;
+/// Number of ways that are tried from starts after the first one.
+const FEW: usize = 2;
+/// Relative difference of values that are the same.
+const ALIKE: f64 = 1e-4;
 
 /// Minimises J of a motion subject to constraints on its outputs, from a guess of its states.
 ///
 /// The motion is divided into segments that begin at the guess ([`Guess`]) and meet in the course of the optimisation
 /// ([`stages`](super::stages())). Then their starts q and p\* become variables, so that the result is a single motion, which minimises J as the
 /// problem states it. Segments of different lengths are tried until one of them leads to a minimum; if none does,
-/// [`interior_point`](super::interior_point()) continues from the best result as one motion. The problem is left with the motion of the
-/// solution, and [`Solved`] lists what was tried.
+/// [`interior_point`](super::interior_point()) starts from the inputs of the problem as one motion.
+///
+/// If a [`Search`] has several starts, the others have random controls and durations, and the lowest minimum is returned. With the feature `rayon` they
+/// run on all cores; the outcome is the same. No further start is tried once several led to the lowest minimum.
+///
+/// The problem is left with the motion of the solution, and [`Solved`] lists what was tried.
 ///
 /// ```
 /// use hamiltonian_adjoint::optimize::{Free, Guess, Interval, MotionProblem, Options, Variables, silent, solve};
@@ -41,42 +55,104 @@ const STEPS: [usize; 4] = [5, 10, 1, 3];
 ///     problem.constrain(link.position, Interval::equal(FRAC_PI_2));
 ///     problem.constrain(link.rate, Interval::ZERO);
 /// }
-/// let solved = solve(&mut problem, &Guess::Straight, &Options::default(), &mut silent)?;
+/// let solved = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent)?;
 /// assert!(solved.outcome.reason.is_converged(), "{solved}");
 /// # Ok::<(), hamiltonian_adjoint::Error>(())
 /// ```
 ///
 /// # Errors
 /// Invalid sizes, bounds, options or guesses, or a problem without Hessian products.
-pub fn solve(problem: &mut MotionProblem, guess: &Guess, options: &Options, watch: &mut Watcher) -> Result<Solved, Error> {
-    let start = problem.start();
-    options.fit(problem, &start)?;
-    let mut attempts = Vec::new();
+pub fn solve(
+    problem: &mut MotionProblem,
+    search: impl Into<Search>,
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Solved, Error> {
+    let Search { guess, starts } = search.into();
+    options.fit(problem, &problem.start())?;
+    let mut best = from_start(problem, &guess, (options, 0), watch)?;
+    let random = Starts::new(problem, &best.outcome);
+    let mut values = vec![value(&best.outcome)];
+    let others: Vec<usize> = (1..starts).collect();
+    for some in others.chunks(TOGETHER) {
+        let found = each(
+            some,
+            || (),
+            |(), &start| {
+                let mut own = random.problem(start)?;
+                from_start(&mut own, &guess, (options, start), &mut silent)
+            },
+        );
+        let mut attempts = std::mem::take(&mut best.attempts);
+        for found in found {
+            let mut found = found?;
+            attempts.append(&mut found.attempts);
+            values.push(value(&found.outcome));
+            if value(&found.outcome) < value(&best.outcome) {
+                best.outcome = found.outcome;
+            }
+        }
+        best.attempts = attempts;
+        let least = value(&best.outcome);
+        let known = values.iter().filter(|value| **value <= least + ALIKE * least.abs()).count();
+        let Outcome { violation, evaluations, ref x, .. } = best.outcome;
+        let at = Iterate { value: least, violation, stationarity: f64::NAN, step: 0.0, evaluations };
+        if least.is_finite() && known >= AGAIN || watch(&at, x).is_break() {
+            break;
+        }
+    }
+    problem.settle_at(&best.outcome.x);
+    Ok(best)
+}
+
+/// J of a minimum; infinite for other outcomes.
+fn value(outcome: &Outcome) -> f64 {
+    if outcome.reason.is_converged() { outcome.value } else { f64::INFINITY }
+}
+
+/// Solves from the inputs of the problem, beginning with one of the numbers of segments.
+///
+/// # Errors
+/// As [`solve`].
+fn from_start(
+    problem: &mut MotionProblem,
+    guess: &Guess,
+    (options, first): (&Options, usize),
+    watch: &mut Watcher,
+) -> Result<Solved, Error> {
+    let (start, mut attempts) = (problem.start(), Vec::new());
     let line = match guess {
         Guess::Inputs => None,
         _ => Line::new(problem, guess)?,
     };
-    let ways = line.iter().flat_map(|line| counts(problem).into_iter().map(move |segments| (line, segments)));
+    let ways = line.iter().flat_map(|line| counts(problem, first).into_iter().map(move |segments| (line, segments)));
     for (line, segments) in ways.collect::<Vec<_>>() {
         let Some(outcome) = in_segments(problem, (line, segments), options, watch)? else { continue };
-        attempts.push(Attempt::of(format!("{segments} segments"), &outcome));
-        if outcome.reason.is_converged() || outcome.reason == Reason::Interrupted {
+        attempts.push(Attempt::of(format!("{segments} segments"), &outcome, options));
+        if outcome.reason.is_converged() && outcome.violation <= options.violation || outcome.is_interrupted() {
             return Ok(Solved { outcome, attempts });
         }
+        if first > 0 && attempts.len() == FEW {
+            return Ok(Solved { outcome, attempts });
+        }
+        problem.settle_at(&start);
     }
     let outcome = interior_point(problem, &start, options, watch)?;
-    attempts.push(Attempt::of("one motion".into(), &outcome));
+    attempts.push(Attempt::of("one motion".into(), &outcome, options));
     Ok(Solved { outcome, attempts })
 }
 
-/// The numbers of segments that are tried.
-fn counts(problem: &MotionProblem) -> Vec<usize> {
+/// The numbers of segments that are tried; the first ones alternate between starts.
+fn counts(problem: &MotionProblem, start: usize) -> Vec<usize> {
     let steps = problem.inputs_at(&problem.start()).grid.macro_ends().count();
     let mut counts: Vec<usize> = Vec::new();
     for count in STEPS.into_iter().map(|of| steps / of).filter(|count| *count > 1) {
         if !counts.contains(&count) {
             counts.push(count);
         }
+    }
+    if counts.len() > 1 && !start.is_multiple_of(2) {
+        counts.swap(0, 1);
     }
     counts
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::super::{Outcome, Reason};
+use super::super::{Options, Outcome, Reason};
 
 /// The result of [`solve`](super::solve()).
 #[derive(Clone, Debug)]
@@ -26,12 +26,15 @@ pub struct Attempt {
     pub violation: f64,
     /// The number of its iterations.
     pub iterations: usize,
+    /// True if segments met, but a single motion with their controls violates the constraints because it is unstable.
+    pub is_unstable: bool,
 }
 
 impl Attempt {
-    pub(super) fn of(what: String, outcome: &Outcome) -> Self {
+    pub(super) fn of(what: String, outcome: &Outcome, options: &Options) -> Self {
         let Outcome { reason, value, violation, iterations, .. } = *outcome;
-        Attempt { what, reason, value, violation, iterations }
+        let is_unstable = reason.is_converged() && violation > options.violation;
+        Attempt { what, reason, value, violation, iterations, is_unstable }
     }
 }
 
@@ -39,8 +42,9 @@ impl Attempt {
 impl fmt::Display for Solved {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         writeln!(f, "{:<16} {:>10} {:>14} {:>10}  end", "tried", "iterations", "J", "violation")?;
-        for Attempt { what, reason, value, violation, iterations } in &self.attempts {
-            writeln!(f, "{what:<16} {iterations:>10} {value:>14.6e} {violation:>10.1e}  {reason}")?;
+        for Attempt { what, reason, value, violation, iterations, is_unstable } in &self.attempts {
+            let end = if *is_unstable { "unstable as a single motion".into() } else { reason.to_string() };
+            writeln!(f, "{what:<16} {iterations:>10} {value:>14.6e} {violation:>10.1e}  {end}")?;
         }
         Ok(())
     }

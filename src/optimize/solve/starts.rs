@@ -1,0 +1,84 @@
+//! [`Starts`]: random controls and durations.
+
+use std::f64::consts::{LN_2, PI};
+
+use super::super::Outcome;
+use super::super::free::Quantity;
+use super::super::motion_problem::{MotionProblem, Statement};
+use super::super::problem::Interval;
+use super::super::variables::Variables;
+use crate::Error;
+
+/// Number of sines in a random control.
+const SINES: usize = 6;
+/// Their largest coefficients, relative to half the distance between bounds.
+const BOUNDED: f64 = 0.4;
+/// Random durations are between the given one divided by this power of two and multiplied by it.
+const OCTAVES: f64 = 1.0;
+
+/// Random starts of a problem.
+pub(super) struct Starts {
+    of: Statement,
+    start: Vec<f64>,
+    /// The magnitude of controls without bounds.
+    size: f64,
+}
+
+impl Starts {
+    /// Starts around that of a problem, with controls of the magnitude of those of an outcome.
+    pub(super) fn new(problem: &MotionProblem, known: &Outcome) -> Self {
+        let controls = controls(problem.free()).flat_map(|range| known.x[range].to_vec());
+        let largest = controls.fold(0.0f64, |most, u| most.max(u.abs()));
+        let size = if largest > 0.0 && largest.is_finite() && known.reason.is_converged() { largest } else { 1.0 };
+        Starts { of: problem.statement(), start: problem.start(), size }
+    }
+
+    /// The problem with start number `which`.
+    ///
+    /// # Errors
+    /// Inputs that do not fit.
+    pub(super) fn problem(&self, which: usize) -> Result<MotionProblem, Error> {
+        let variables = &self.of.variables;
+        let (mut x, bounds, mut random) = (self.start.clone(), variables.bounds(), Random(which as u64));
+        for range in controls(variables) {
+            let (steps, within) = ((range.len() - 1).max(1) as f64, bounds[range.start]);
+            let half = 0.5 * (within.most - within.least);
+            let size = if half.is_finite() { BOUNDED * half } else { self.size };
+            let sines: Vec<f64> = (0..SINES).map(|_| size * random.next()).collect();
+            for (k, u) in x[range].iter_mut().enumerate() {
+                let t = PI * k as f64 / steps;
+                let sum: f64 = sines.iter().enumerate().map(|(j, of)| of * ((j + 1) as f64 * t).sin()).sum();
+                *u = within.nearest(*u + sum);
+            }
+        }
+        for (free, range) in variables.parts().filter(|(free, _)| free.quantity == Quantity::Duration) {
+            let factor = (LN_2 * OCTAVES * random.next()).exp();
+            let Interval { least, most } = bounds[range.start];
+            let longer = free.to_variable(free.to_value(x[range.start]) * factor);
+            x[range.start] = longer.clamp(least, most);
+        }
+        self.of.at(&x)
+    }
+}
+
+/// The variables of each control.
+fn controls(variables: &Variables) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
+    let is_control = |quantity: &Quantity| {
+        use Quantity::{Control, LinearControl, PiecewiseControl, SplineControl};
+        matches!(quantity, Control(_) | LinearControl(..) | PiecewiseControl(..) | SplineControl(..))
+    };
+    variables.parts().filter(move |(free, _)| is_control(&free.quantity)).map(|(_, range)| range)
+}
+
+/// Numbers between −1 and 1 (SplitMix64: Steele, Lea and Flood 2014).
+struct Random(u64);
+
+impl Random {
+    fn next(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        2.0 * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
+    }
+}

@@ -1,0 +1,94 @@
+//! One statement, solved from a guess of the states: the minimum of the problem as a single motion.
+
+use hamiltonian_adjoint::optimize::{
+    Free, Guess, Interval, MotionProblem, Options, Problem, Reason, Variables, interior_point, silent, solve,
+};
+use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
+use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum};
+use nalgebra::DMatrix;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+const OPTIONS: Options =
+    Options { iterations: 200, target: None, stationarity: 1e-6, violation: 1e-8, memory: 30, first_step: None };
+
+/// A cart whose links turn up and come to rest in 2 s with the least effort.
+fn upright(links: usize, force: f64) -> MotionProblem {
+    let mut cart = CartPendulum::with_links(links).mechanism();
+    cart.scene.effort("effort", cart.force, 1e-4);
+    let place = cart.scene.end_state(cart.cart.coordinates[0]);
+    let angles: Vec<_> = cart.links.iter().map(|link| cart.scene.end_state(link.coordinates[2])).collect();
+    let system = cart.scene.compile().expect("a system");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+    inputs.set_control(cart.force, |t| force * (PI * t).sin());
+    let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(place.rate, Interval::ZERO);
+    for angle in angles {
+        problem.constrain(angle.position, Interval::equal(FRAC_PI_2));
+        problem.constrain(angle.rate, Interval::ZERO);
+    }
+    problem
+}
+
+#[test]
+fn three_links_come_to_rest_as_a_single_motion() {
+    for force in [0.0, 10.0, -5.0] {
+        let mut problem = upright(3, force);
+        let solved = solve(&mut problem, Guess::Straight, &OPTIONS, &mut silent).expect("fits");
+        println!("{solved}");
+        let found = &solved.outcome;
+        // The value was found by IPOPT for the same discretisation, with all states as variables.
+        assert!(found.reason == Reason::Stationary && found.violation < 1e-8, "{found}");
+        assert!((found.value - 0.446_288_166).abs() < 1e-7, "{found}");
+        assert_eq!(solved.attempts.len(), 1);
+        // The problem has the motion of the solution, and the multipliers are those of one motion.
+        assert_eq!(problem.start(), found.x);
+        let mut gradient = vec![0.0; found.x.len()];
+        problem.gradient(1.0, &found.multipliers, &mut gradient).expect("a gradient");
+        let largest = gradient.iter().fold(0.0f64, |most, g| most.max(g.abs()));
+        assert!(largest < 1e-4, "{largest:.1e}");
+    }
+}
+
+#[test]
+fn states_may_be_given_and_starts_may_be_many() {
+    let mut problem = upright(1, 0.0);
+    let n = problem.solver.system().n();
+    let straight = solve(&mut problem, Guess::Straight, &OPTIONS, &mut silent).expect("fits").outcome;
+    // Angles alone: x and y of the link follow.
+    let q = DMatrix::from_fn(n, 101, |i, node| if i == n - 1 { PI * node as f64 / 100.0 - FRAC_PI_2 } else { 0.0 });
+    let v = DMatrix::from_fn(n, 101, |i, _| if i == n - 1 { FRAC_PI_2 } else { 0.0 });
+    let mut problem = upright(1, 0.0);
+    let given = solve(&mut problem, Guess::States { q: q.clone(), v }, &OPTIONS, &mut silent).expect("fits").outcome;
+    assert!(given.reason.is_converged() && (given.value - straight.value).abs() < 1e-6 * straight.value, "{given}");
+    let wrong = Guess::States { q: q.clone(), v: DMatrix::zeros(n, 3) };
+    let error = solve(&mut problem, wrong, &OPTIONS, &mut silent).expect_err("three velocities");
+    assert!(error.to_string().contains("velocities of a guess"), "{error}");
+    let mut problem = upright(1, 0.0);
+    let many = solve(&mut problem, Guess::Straight.starts(6), &OPTIONS, &mut silent).expect("fits");
+    println!("{many}");
+    assert!(many.outcome.reason.is_converged() && many.outcome.value <= straight.value * (1.0 + 1e-6));
+    assert!(many.attempts.len() > 1);
+}
+
+/// A cost at the end, and no constraint.
+#[test]
+fn a_terminal_cost_is_that_of_the_end_alone() {
+    let build = || {
+        let mut cart = CartPendulum::with_links(1).mechanism();
+        cart.scene.effort("effort", cart.force, 1e-3);
+        let angle = cart.links[0].coordinates[2];
+        cart.scene.cost("angle", AngleError, Sum::Terminal, [angle], [], [], [FRAC_PI_2.into()]);
+        let system = cart.scene.compile().expect("a system");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.02));
+        let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force)]).expect("free");
+        MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem")
+    };
+    let (mut one, mut other) = (build(), build());
+    let start = one.start();
+    let direct = interior_point(&mut one, &start, &OPTIONS, &mut silent).expect("fits");
+    let solved = solve(&mut other, Guess::Straight, &OPTIONS, &mut silent).expect("fits").outcome;
+    println!("{direct}\n{solved}");
+    assert!(direct.reason.is_converged() && solved.reason.is_converged());
+    assert!((direct.value - solved.value).abs() < 1e-6 * direct.value, "{} {}", direct.value, solved.value);
+}
