@@ -23,7 +23,7 @@ use crate::motion::Report;
 use crate::node::{ALONG, Linearisation, PhiAlong, SecondOrderPrograms};
 use crate::number::{Real, largest};
 use crate::redundancy::pivots;
-use crate::system::{CostRows, Covector, Given, InputRows, NodeView, Pair, StateRows, Sums};
+use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows, Sums};
 use crate::{Error, Inputs, Multiplier, System};
 
 const MOST_CORRECTIONS: usize = 30;
@@ -40,9 +40,8 @@ pub(crate) struct Retraction {
     independent: Vec<usize>,
     /// Constraint equations with independent gradients.
     equations: Vec<usize>,
-    /// φ̂ of all equations, m or rad, and ŝ, N s or N m s.
-    pub(crate) drift: Vec<f64>,
-    pub(crate) gauge: Vec<f64>,
+    /// φ̂ of all equations, m or rad.
+    drift: Vec<f64>,
     at: Place,
     linearisation: Linearisation,
     programs: SecondOrderPrograms,
@@ -53,10 +52,11 @@ pub(crate) struct Retraction {
     report: Report,
 }
 
-/// The last state, with the inputs there, second derivatives, and G⁻¹.
+/// The last state, with ŝ, N s or N m s, the inputs there, second derivatives, and G⁻¹.
 struct Place {
     q: Vec<f64>,
     v: Vec<f64>,
+    gauge: Vec<f64>,
     u: Vec<f64>,
     t: f64,
     design: Vec<f64>,
@@ -67,8 +67,8 @@ struct Place {
 }
 
 impl Place {
-    fn view<'a>(&'a self, q: &'a [f64], v: &'a [f64], sigma: &'a [f64]) -> NodeView<'a, f64> {
-        Given { u: &self.u, t: self.t, design: &self.parameters }.at(q, v, sigma)
+    fn here(&self) -> NodeView<'_, f64> {
+        NodeView::of_equations([&self.q, &self.v, &self.gauge], (&self.u, self.t, &self.parameters))
     }
 }
 
@@ -118,6 +118,7 @@ impl Retraction {
         let at = Place {
             q: inputs.start.q().as_slice().to_vec(),
             v: vec![0.0; n],
+            gauge: vec![0.0; m],
             u: inputs.controls_at(0).to_vec(),
             t: inputs.grid.start,
             parameters: system.parameters().values(&design).to_vec(),
@@ -130,7 +131,6 @@ impl Retraction {
             independent: independent.to_vec(),
             equations: Vec::new(),
             drift: vec![0.0; m],
-            gauge: vec![0.0; m],
             at,
             linearisation: Linearisation::new(system),
             programs: SecondOrderPrograms::default(),
@@ -169,6 +169,11 @@ impl Retraction {
         self.independent.len()
     }
 
+    /// Sets φ̂ and ŝ to those of the end of a motion that the next states continue.
+    pub(crate) fn continue_from(&mut self, drift: Vec<f64>, gauge: Vec<f64>) {
+        (self.drift, self.at.gauge) = (drift, gauge);
+    }
+
     /// The coordinates of the last state.
     pub(crate) fn q(&self) -> &[f64] {
         &self.at.q
@@ -176,7 +181,7 @@ impl Retraction {
 
     fn phi_q(&self) -> DMatrix<f64> {
         let mut phi_q = DMatrix::zeros(self.system.m(), self.system.n());
-        let at = self.at.view(&self.at.q, &self.at.v, &self.gauge);
+        let at = self.at.here();
         self.system.phi_q(&at).iter().for_each(|entry| phi_q[(entry.row, entry.col)] += entry.value);
         phi_q
     }
@@ -215,11 +220,11 @@ impl Retraction {
         self.independent.iter().zip(zeta).for_each(|(&i, zeta)| self.at.q[i] = zeta);
         self.close()?;
         let (no_v, mut left) = (vec![0.0; self.system.n()], Pair::new(self.system.n(), self.system.m()));
-        let at = self.at.view(&self.at.q, &no_v, &self.gauge);
+        let at = NodeView { v: &no_v, ..self.at.here() };
         self.linearisation.l_v_and_phi_dot(&self.system, &at, &mut left, &mut self.report);
         left.sigma.iter_mut().for_each(|x| *x = -*x);
         self.at.v = self.solve(&omega, &left.sigma).as_slice().to_vec();
-        let at = self.at.view(&self.at.q, &self.at.v, &self.gauge);
+        let at = self.at.here();
         self.linearisation.l_v_and_phi_dot(&self.system, &at, &mut left, &mut self.report);
         if left.v.iter().any(|p| !p.is_finite()) {
             return Err(self.system.find_not_finite(&at, 0).unwrap_or(Error::AssemblyStalled { correction: f64::NAN }));
@@ -235,7 +240,7 @@ impl Retraction {
         self.at.t = inputs.grid.start;
         self.at.design.copy_from_slice(inputs.design.as_slice());
         self.at.parameters = self.system.parameters().values(&self.at.design).to_vec();
-        let at = self.at.view(&self.at.q, &self.at.v, &self.gauge);
+        let at = self.at.here();
         self.linearisation.evaluation.set_start(&self.system, &at)
     }
 
@@ -244,7 +249,7 @@ impl Retraction {
         let (none, mut phi, mut last) = (vec![0.0; self.freedoms()], vec![0.0; self.system.m()], f64::INFINITY);
         for _ in 0..MOST_CORRECTIONS {
             self.invert()?;
-            let at = self.at.view(&self.at.q, &self.at.v, &self.gauge);
+            let at = self.at.here();
             self.linearisation.evaluation.phi(&self.system, &at, &mut phi);
             phi.iter_mut().zip(&self.drift).for_each(|(phi, drift)| *phi -= drift);
             let correction = self.solve(&none, &phi);
@@ -264,7 +269,7 @@ impl Retraction {
     /// Formulas without programs.
     pub(crate) fn columns(&mut self, designs: &[(usize, f64)]) -> Result<Columns, Error> {
         let (n, d, all) = (self.system.n(), self.freedoms(), 2 * self.freedoms() + designs.len());
-        let at = self.at.view(&self.at.q, &self.at.v, &self.gauge);
+        let at = self.at.here();
         self.programs.prepare(&self.system, &self.linearisation.evaluation, &at)?;
         let zeros = || DMatrix::zeros(n, all);
         let mut columns =
@@ -289,7 +294,7 @@ impl Retraction {
         let parameters = self.system.parameters().along(&self.at.design, design);
         let mut right = vec![0.0; m];
         if design.iter().any(|b| *b != 0.0) {
-            let at = self.at.view(&self.at.q, &self.at.v, &self.gauge);
+            let at = self.at.here();
             self.phi.set(&at, &NodeView::of_equations([&none, &none, &no_sigma], (&no_u, 0.0, &parameters)));
             right.iter_mut().zip(self.phi.evaluate(&self.system)).for_each(|(x, phi)| *x = -phi.part(ALONG));
         }
@@ -305,7 +310,7 @@ impl Retraction {
     fn push_forward(&mut self, [q, v]: [&[f64]; 2], parameters: &[f64]) {
         let (no_sigma, no_u) = (vec![0.0; self.system.m()], vec![0.0; self.system.k()]);
         let along = NodeView::of_equations([q, v, &no_sigma], (&no_u, 0.0, parameters));
-        let at = self.at.view(&self.at.q, &self.at.v, &self.gauge);
+        let at = self.at.here();
         self.programs.changes(
             (&self.system, &self.linearisation.evaluation),
             (&at, &self.at.blocks),
@@ -328,7 +333,7 @@ impl Retraction {
             let [q, v, design] =
                 [&columns.q, &columns.v, &columns.design].map(|of| of.column(column).iter().copied().collect::<Vec<_>>());
             let parameters = self.system.parameters().along(&self.at.design, &design);
-            let at = self.at.view(&self.at.q, &self.at.v, &self.gauge);
+            let at = self.at.here();
             let of = (&self.system, &self.linearisation.evaluation);
             let along = NodeView::of_equations([&q, &v, &no_sigma], (&no_u, 0.0, &parameters));
             self.programs.rows_along(of, (&at, &self.at.blocks), &along, &of_momenta, &mut self.along);
@@ -370,7 +375,7 @@ impl Retraction {
     fn by_parameters(&mut self, of_momenta: &Covector, w: &[f64]) -> Vec<f64> {
         let (mut design, mut u) = (vec![0.0; self.system.parameters().len()], vec![0.0; self.system.k()]);
         let minus: Vec<f64> = w.iter().map(|w| -w).collect();
-        let at = self.at.view(&self.at.q, &self.at.v, &self.gauge);
+        let at = self.at.here();
         let rows = &mut InputRows { u: &mut u, design: &mut design, time: &mut 0.0, evaluations: &mut 0 };
         self.linearisation.evaluation.pull_back_inputs(&self.system, &at, of_momenta, rows);
         self.system.placed().for_each(|item| item.pull_back_phi(&at, &minus, rows));

@@ -1,7 +1,7 @@
 //! Homotopy: a sequence of problems with a parameter s from 0 to 1, each started from the solution of the previous one.
 
 use super::outcome::largest_change;
-use super::{Iterate, Options, Outcome, Problem, Reason, Watcher, interior_point};
+use super::{Options, Outcome, Problem, Reason, Watcher, interior_point};
 use crate::Error;
 
 /// The first change of s, the factors by which it grows and shrinks, and the smallest change, below which the homotopy fails.
@@ -62,7 +62,7 @@ pub fn homotopy<P: Problem>(
                 continue;
             }
         };
-        add(&mut all, &found);
+        all.add(&found);
         if found.reason == Reason::Interrupted {
             (best, s) = (found, next);
             break;
@@ -87,8 +87,7 @@ pub fn homotopy<P: Problem>(
         Err(error) => drop(all.first_failure.get_or_insert(error)),
     }
     let reason = if s == 1.0 || !best.reason.is_converged() { best.reason } else { Reason::NoWay };
-    let Outcome { iterations, evaluations, gradients, products, halved, failures, first_failure, history, .. } = all;
-    Ok(Outcome { iterations, evaluations, gradients, products, halved, failures, first_failure, history, reason, ..best })
+    Ok(Outcome { reason, ..best.with_counts_of(all) })
 }
 
 /// Extrapolates linearly from the last two solutions, by at most the last change.
@@ -96,17 +95,4 @@ fn extrapolate(x: &[f64], before: Option<&(Vec<f64>, f64)>, change: f64) -> Vec<
     let Some((old, length)) = before.filter(|(old, _)| largest_change(x, old) > 0.0) else { return x.to_vec() };
     let share = (change / length).min(1.0);
     x.iter().zip(old).map(|(x, old)| x + share * (x - old)).collect()
-}
-
-/// Adds the counts and the history of a problem to those of all problems before it.
-fn add(all: &mut Outcome, next: &Outcome) {
-    let before = all.evaluations;
-    all.history.extend(next.history.iter().map(|it| Iterate { evaluations: before + it.evaluations, ..*it }));
-    all.iterations += next.iterations;
-    all.evaluations += next.evaluations;
-    all.gradients += next.gradients;
-    all.products += next.products;
-    all.halved += next.halved;
-    all.failures += next.failures;
-    all.first_failure = all.first_failure.take().or_else(|| next.first_failure.clone());
 }

@@ -191,6 +191,25 @@ impl Outcome {
     pub(super) fn is_interrupted(&self) -> bool {
         self.reason == Reason::Interrupted
     }
+
+    /// Adds the counts and the history of another run to those of all runs before it.
+    pub(super) fn add(&mut self, next: &Outcome) {
+        let before = self.evaluations;
+        self.history.extend(next.history.iter().map(|it| Iterate { evaluations: before + it.evaluations, ..*it }));
+        self.iterations += next.iterations;
+        self.evaluations += next.evaluations;
+        self.gradients += next.gradients;
+        self.products += next.products;
+        self.halved += next.halved;
+        self.failures += next.failures;
+        self.first_failure = self.first_failure.take().or_else(|| next.first_failure.clone());
+    }
+
+    /// The same result with the counts and the history of all runs.
+    pub(super) fn with_counts_of(self, all: Outcome) -> Self {
+        let Outcome { iterations, evaluations, gradients, products, halved, failures, first_failure, history, .. } = all;
+        Outcome { iterations, evaluations, gradients, products, halved, failures, first_failure, history, ..self }
+    }
 }
 
 impl fmt::Display for Outcome {

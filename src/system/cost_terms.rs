@@ -22,6 +22,11 @@ impl System {
         self.0.costs.terms().filter(move |term| term.output == output).map(|term| (term.sum, term.name))
     }
 
+    /// True if all terms of an output are evaluated at the end alone.
+    pub(crate) fn is_terminal(&self, output: usize) -> bool {
+        self.sums(1 + output).all(|(sum, _)| sum == Sum::Terminal)
+    }
+
     /// The coordinates that the terms of an output (0 for J) are connected to.
     pub(crate) fn coordinates_of(&self, output: usize) -> Vec<usize> {
         let terms = self.0.costs.terms().filter(move |term| term.output == output);

@@ -1,12 +1,11 @@
 //! Validation of the sums, states and variables for multiple shooting.
 
 use super::super::free::{Free, Quantity};
-use crate::{Coordinate, Error, Inputs, Mechanics, Sum, System};
+use crate::{Coordinate, Error, Inputs, Mechanics, System};
 
 /// For each output, true if segments before the last one may contribute to it.
 pub(super) fn running_outputs(system: &System) -> Vec<bool> {
-    let is_running = |k: usize| system.sums(1 + k).any(|(sum, _)| sum != Sum::Terminal);
-    (0..system.outputs()).map(is_running).collect()
+    (0..system.outputs()).map(|k| !system.is_terminal(k)).collect()
 }
 
 /// Rejects states that do not determine the start of a segment.

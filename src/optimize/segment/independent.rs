@@ -2,10 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::super::motion_problem::MotionProblem;
 use super::super::variables::Variables;
 use crate::assembly::{Columns, Retraction};
 use crate::motion::indices;
-use crate::{Coordinate, Error, Held, Inputs, Solver, Start, System};
+use crate::{Coordinate, Error, Held, Inputs, Start, System};
 
 /// The start (q, p*) of a segment, whose motion has the variables (others, q, p*) where the segment has (others, ζ_1, ω_1, ζ_2, …).
 pub(in super::super) struct IndependentStart {
@@ -58,12 +59,13 @@ impl IndependentStart {
 
     /// Continues a motion whose constraints have this drift and these multipliers at its end.
     pub(super) fn continue_from(&mut self, [drift, gauge]: [Vec<f64>; 2]) {
-        (self.retraction.drift, self.retraction.gauge) = (drift, gauge);
+        self.retraction.continue_from(drift, gauge);
     }
 
-    /// (q, p*) for z.
-    pub(super) fn place(&mut self, z: &[f64], inputs: &Inputs, solver: &mut Solver) -> Result<[DVector<f64>; 2], Error> {
+    /// (q, p*) for z, with the variables of the motion, of which only the others count.
+    pub(super) fn place(&mut self, z: &[f64], own: &[f64], motion: &mut MotionProblem) -> Result<[DVector<f64>; 2], Error> {
         self.derived = None;
+        let inputs = motion.next_inputs(own);
         let node = inputs.grid.around[0];
         match self.retraction.place(z, &self.near, inputs) {
             Err(Error::AssemblyStalled { .. } | Error::Held { .. }) => {}
@@ -73,8 +75,9 @@ impl IndependentStart {
         let (mut q, v) = (DVector::from_column_slice(&self.near), DVector::zeros(self.near.len()));
         self.coordinates.iter().zip(z.iter().step_by(2)).for_each(|(of, zeta)| q[of.index()] = *zeta);
         let held = Held { coordinates: self.coordinates.clone(), velocities: self.coordinates.clone() };
-        let start = solver.assemble(&Inputs { start: Start::Assembled { q, v, held }, ..inputs.clone() })?.start;
-        self.retraction.place(z, start.q().as_slice(), inputs).map_err(|error| error.started_at(node))
+        let inputs = Inputs { start: Start::Assembled { q, v, held }, ..inputs.clone() };
+        let start = motion.solver.assemble(&inputs)?.start;
+        self.retraction.place(z, start.q().as_slice(), &inputs).map_err(|error| error.started_at(node))
     }
 
     /// Makes the last point the current one.

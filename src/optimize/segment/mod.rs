@@ -22,8 +22,7 @@ pub(super) struct Segment {
     /// The index in the whole problem of each variable of the segment.
     pub(super) places: Vec<usize>,
     begin: Begin,
-    /// The last point, and the corresponding variables of the motion.
-    x: Vec<f64>,
+    /// The variables of the motion at the last point.
     own: Vec<f64>,
 }
 
@@ -70,8 +69,7 @@ impl Segment {
         }
         let variables = Variables::new(system, &inputs, own)?;
         let motion = MotionProblem::new(system, settings, inputs, variables)?;
-        let (own, x) = (motion.start(), vec![0.0; places.len()]);
-        Ok(Segment { motion, first, last, places, begin, x, own })
+        Ok(Segment { own: motion.start(), motion, first, last, places, begin })
     }
 
     /// The number of variables that determine only the start.
@@ -107,13 +105,11 @@ impl Segment {
     /// A point without a motion.
     pub(super) fn try_at(&mut self, x: &[f64], time: f64) -> Result<(f64, Vec<f64>), Error> {
         self.motion.start_at(time);
-        self.x.copy_from_slice(x);
         let (others, n) = (x.len() - self.state(), self.motion.solver.system().n());
         match &mut self.begin {
             Begin::Independent(start) => {
                 self.own[..others].copy_from_slice(&x[..others]);
-                let inputs = self.motion.next_inputs(&self.own).clone();
-                let [q, p] = start.place(&x[others..], &inputs, &mut self.motion.solver)?;
+                let [q, p] = start.place(&x[others..], &self.own, &mut self.motion)?;
                 self.own[others..others + n].copy_from_slice(q.as_slice());
                 self.own[others + n..].copy_from_slice(p.as_slice());
             }
@@ -136,7 +132,6 @@ impl Segment {
         self.begin = Begin::State;
         self.places.truncate(others);
         self.places.extend(next..next + 2 * n);
-        self.x.clone_from(&self.own);
         self.own[others..].to_vec()
     }
 

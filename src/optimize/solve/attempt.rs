@@ -103,16 +103,7 @@ fn restated(problem: &mut MotionProblem, found: Outcome, start: &[f64]) -> Outco
 }
 
 /// The later outcome, with the counts and the history of both.
-fn sum(first: Outcome, later: Outcome) -> Outcome {
-    Outcome {
-        iterations: first.iterations + later.iterations,
-        evaluations: first.evaluations + later.evaluations,
-        gradients: first.gradients + later.gradients,
-        products: first.products + later.products,
-        history: first.history.into_iter().chain(later.history).collect(),
-        halved: first.halved + later.halved,
-        failures: first.failures + later.failures,
-        first_failure: first.first_failure.or(later.first_failure),
-        ..later
-    }
+fn sum(mut first: Outcome, later: Outcome) -> Outcome {
+    first.add(&later);
+    later.with_counts_of(first)
 }

@@ -8,7 +8,7 @@ use super::super::segment::Segment;
 use crate::assembly::Retraction;
 use crate::motion::check_size;
 use crate::solver::Asked;
-use crate::{Coordinate, Error, Inputs, Settings, Solver, Sum, System};
+use crate::{Coordinate, Error, Inputs, Settings, Solver, System};
 
 /// Newton's method for the end ends after this many iterations, each with at most so many halvings, or at residuals below `CLOSE`.
 const ITERATIONS: usize = 50;
@@ -134,8 +134,8 @@ fn straight(start: &[f64], end: &[f64], times: &[f64]) -> DMatrix<f64> {
 /// The outputs that are terminal values and must have given values.
 fn ends(problem: &MotionProblem) -> Vec<(usize, f64)> {
     let system = problem.solver.system();
-    let is_terminal = |k: usize| system.sums(1 + k).all(|(sum, _)| sum == Sum::Terminal);
-    let of = |(k, interval): (usize, Interval)| (interval.is_equality() && is_terminal(k)).then_some((k, interval.least));
+    let of =
+        |(k, interval): (usize, Interval)| (interval.is_equality() && system.is_terminal(k)).then_some((k, interval.least));
     problem.constraints().into_iter().enumerate().filter_map(of).collect()
 }
 
@@ -153,7 +153,6 @@ fn start_of(system: &System, settings: Settings, inputs: &Inputs) -> Option<[DVe
 /// A state with the outputs that are terminal values: the end of the motion as a segment without steps.
 struct Pose {
     segment: Segment,
-    last: Option<DVector<f64>>,
 }
 
 impl Pose {
@@ -161,7 +160,7 @@ impl Pose {
         let (mut own, last) = (inputs.clone(), inputs.grid.steps.len());
         own.events.clear();
         let segment = Segment::new((system, settings), &own, &[], states, (last, last), &mut 0)?;
-        Ok(Pose { segment, last: None })
+        Ok(Pose { segment })
     }
 
     fn guess(&mut self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<f64> {
@@ -173,14 +172,12 @@ impl Pose {
         self.segment.try_at(z, time)?;
         self.segment.settle();
         let motion = self.segment.motion.solver.trajectory();
-        let [q, v] = [&motion.q, &motion.v].map(|of| of.column(0).into_owned());
-        self.last = Some(q.clone());
-        Ok([q, v])
+        Ok([&motion.q, &motion.v].map(|of| of.column(0).into_owned()))
     }
 
-    /// The last coordinates, at rest.
-    fn last(&self, first: &DVector<f64>) -> [DVector<f64>; 2] {
-        [self.last.clone().unwrap_or_else(|| first.clone()), DVector::zeros(first.len())]
+    /// The last coordinates, at rest; those of the guess if there are none.
+    fn last(&mut self, guess: &DVector<f64>) -> [DVector<f64>; 2] {
+        [self.segment.near().unwrap_or_else(|| guess.clone()), DVector::zeros(guess.len())]
     }
 
     /// z near z₀ for which outputs have given values, or as nearly as Newton's method finds them.

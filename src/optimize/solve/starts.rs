@@ -8,6 +8,7 @@ use super::super::motion_problem::{MotionProblem, Statement};
 use super::super::problem::Interval;
 use super::super::variables::Variables;
 use crate::Error;
+use crate::check::Random;
 
 /// Number of sines in a random control.
 const SINES: usize = 6;
@@ -39,12 +40,12 @@ impl Starts {
     /// Inputs that do not fit.
     pub(super) fn problem(&self, which: usize) -> Result<MotionProblem, Error> {
         let variables = &self.of.variables;
-        let (mut x, bounds, mut random) = (self.start.clone(), variables.bounds(), Random(which as u64));
+        let (mut x, bounds, mut random) = (self.start.clone(), variables.bounds(), Random::new(which as u64));
         for range in controls(variables) {
             let (steps, within) = ((range.len() - 1).max(1) as f64, bounds[range.start]);
             let half = 0.5 * (within.most - within.least);
             let size = if half.is_finite() { BOUNDED * half } else { self.size };
-            let sines: Vec<f64> = (0..SINES).map(|_| size * random.next()).collect();
+            let sines: Vec<f64> = (0..SINES).map(|_| random.uniform(-size, size)).collect();
             for (k, u) in x[range].iter_mut().enumerate() {
                 let t = PI * k as f64 / steps;
                 let sum: f64 = sines.iter().enumerate().map(|(j, of)| of * ((j + 1) as f64 * t).sin()).sum();
@@ -52,7 +53,7 @@ impl Starts {
             }
         }
         for (free, range) in variables.parts().filter(|(free, _)| free.quantity == Quantity::Duration) {
-            let factor = (LN_2 * OCTAVES * random.next()).exp();
+            let factor = (LN_2 * OCTAVES * random.uniform(-1.0, 1.0)).exp();
             let Interval { least, most } = bounds[range.start];
             let longer = free.to_variable(free.to_value(x[range.start]) * factor);
             x[range.start] = longer.clamp(least, most);
@@ -68,17 +69,4 @@ fn controls(variables: &Variables) -> impl Iterator<Item = std::ops::Range<usize
         matches!(quantity, Control(_) | LinearControl(..) | PiecewiseControl(..) | SplineControl(..))
     };
     variables.parts().filter(move |(free, _)| is_control(&free.quantity)).map(|(_, range)| range)
-}
-
-/// Numbers between −1 and 1 (SplitMix64: Steele, Lea and Flood 2014).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        2.0 * ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64 - 1.0
-    }
 }
