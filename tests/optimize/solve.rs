@@ -1,12 +1,13 @@
 //! One statement, solved from a guess of the states: the minimum of the problem as a single motion.
 
 use hamiltonian_adjoint::optimize::{
-    Free, Guess, Interval, MotionProblem, Options, Problem, Reason, Variables, interior_point, silent, solve,
+    Free, Guess, Interval, Iterate, MotionProblem, Options, Problem, Reason, Variables, interior_point, silent, solve,
 };
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
 use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum};
 use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::ops::ControlFlow;
 
 const OPTIONS: Options =
     Options { iterations: 200, target: None, stationarity: 1e-6, violation: 1e-8, memory: 30, first_step: None };
@@ -69,6 +70,14 @@ fn states_may_be_given_and_starts_may_be_many() {
     println!("{many}");
     assert!(many.outcome.reason.is_converged() && many.outcome.value <= straight.value * (1.0 + 1e-6));
     assert!(many.attempts.len() > 1);
+}
+
+#[test]
+fn no_start_follows_an_interrupted_one() {
+    let mut problem = upright(1, 0.0);
+    let mut stop = |_: &Iterate, _: &[f64]| ControlFlow::Break(());
+    let solved = solve(&mut problem, Guess::Straight.starts(6), &OPTIONS, &mut stop).expect("fits");
+    assert_eq!((solved.outcome.reason, solved.attempts.len()), (Reason::Interrupted, 1));
 }
 
 /// A cost at the end, and no constraint.

@@ -50,7 +50,7 @@ pub(super) fn in_segments(
     }
     let found = if system.m() == 0 { found } else { joined(&mut shooting, found, options, &mut only)? };
     let one = restated(problem, found, &start);
-    if one.violation <= options.violation || one.violation > FAR || one.reason == Reason::Interrupted {
+    if one.violation <= options.violation || one.violation > FAR || one.is_interrupted() {
         return Ok(Some(one));
     }
     let x = one.x.clone();

@@ -71,7 +71,11 @@ pub fn solve(
     let Search { guess, starts } = search.into();
     options.fit(problem, &problem.start())?;
     let mut best = from_start(problem, &guess, (options, 0), watch)?;
+    if starts < 2 || best.outcome.is_interrupted() {
+        return Ok(best);
+    }
     let random = Starts::new(problem, &best.outcome);
+    let value = |outcome: &Outcome| value(outcome, options);
     let mut values = vec![value(&best.outcome)];
     let others: Vec<usize> = (1..starts).collect();
     for some in others.chunks(TOGETHER) {
@@ -83,16 +87,14 @@ pub fn solve(
                 from_start(&mut own, &guess, (options, start), &mut silent)
             },
         );
-        let mut attempts = std::mem::take(&mut best.attempts);
         for found in found {
-            let mut found = found?;
-            attempts.append(&mut found.attempts);
-            values.push(value(&found.outcome));
-            if value(&found.outcome) < value(&best.outcome) {
-                best.outcome = found.outcome;
+            let Solved { outcome, attempts } = found?;
+            best.attempts.extend(attempts);
+            values.push(value(&outcome));
+            if value(&outcome) < value(&best.outcome) {
+                best.outcome = outcome;
             }
         }
-        best.attempts = attempts;
         let least = value(&best.outcome);
         let known = values.iter().filter(|value| **value <= least + ALIKE * least.abs()).count();
         let Outcome { violation, evaluations, ref x, .. } = best.outcome;
@@ -105,9 +107,13 @@ pub fn solve(
     Ok(best)
 }
 
-/// J of a minimum; infinite for other outcomes.
-fn value(outcome: &Outcome) -> f64 {
-    if outcome.reason.is_converged() { outcome.value } else { f64::INFINITY }
+/// J of a minimum; infinite for other outcomes, also for segments that meet but violate the constraints as a single motion.
+fn value(outcome: &Outcome, options: &Options) -> f64 {
+    if is_solved(outcome, options) { outcome.value } else { f64::INFINITY }
+}
+
+fn is_solved(outcome: &Outcome, options: &Options) -> bool {
+    outcome.reason.is_converged() && outcome.violation <= options.violation
 }
 
 /// Solves from the inputs of the problem, beginning with one of the numbers of segments.
@@ -129,7 +135,7 @@ fn from_start(
     for (line, segments) in ways.collect::<Vec<_>>() {
         let Some(outcome) = in_segments(problem, (line, segments), options, watch)? else { continue };
         attempts.push(Attempt::of(format!("{segments} segments"), &outcome, options));
-        if outcome.reason.is_converged() && outcome.violation <= options.violation || outcome.is_interrupted() {
+        if is_solved(&outcome, options) || outcome.is_interrupted() {
             return Ok(Solved { outcome, attempts });
         }
         if first > 0 && attempts.len() == FEW {
@@ -155,4 +161,26 @@ fn counts(problem: &MotionProblem, start: usize) -> Vec<usize> {
         counts.swap(0, 1);
     }
     counts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Free, Variables};
+    use super::*;
+    use crate::{Grid, Inputs, Settings, scenes::CartPendulum};
+
+    #[test]
+    fn segments_that_are_no_single_motion_are_no_minimum() {
+        let scene = CartPendulum::with_links(1).scene();
+        let force = scene.control_named("force on the cart").expect("its only control");
+        let system = scene.compile().expect("a system");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(4, 0.02));
+        let variables = Variables::new(&system, &inputs, vec![Free::control(force)]).expect("free");
+        let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+        let options = Options::default();
+        let mut outcome = solve(&mut problem, Guess::Straight, &options, &mut silent).expect("fits").outcome;
+        assert!(outcome.reason.is_converged() && value(&outcome, &options).is_finite(), "{outcome}");
+        outcome.violation = 15.0;
+        assert_eq!(value(&outcome, &options), f64::INFINITY);
+    }
 }
