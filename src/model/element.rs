@@ -236,7 +236,7 @@ pub enum Sum {
     /// Σ Δt Σ_s b_s h_s over all steps and their stages: ∫ h dt with the weights, and hence the order, of the [`Scheme`](crate::Scheme).
     /// For the trapezoidal rule these are the trapezoidal weights. Nodes inserted by halved steps are included.
     Integral,
-    /// h_N only: the terminal cost S of Eq. (5).
+    /// h_N only: the terminal cost S of Eq. (5). In a part of a motion ([`Grid::part`](crate::Grid::part)) it counts if the part ends the motion.
     Terminal,
     /// h_i at this node of the given grid only, for example the residual of a reading.
     Node(usize),

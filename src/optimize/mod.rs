@@ -6,6 +6,7 @@
 //!
 //! | method | for |
 //! |---|---|
+//! | [`solve`](solve()) | motions from one state to another: from a guess of the states, by segments that are joined to one motion |
 //! | [`interior_point`](interior_point()) | many variables, bounds, equalities and inequalities, with exact products of the Hessian |
 //! | [`homotopy`](homotopy()) | problems that `interior_point` does not solve directly, by a sequence of easier problems |
 //! | [`MultipleShooting`] | motions whose end is too sensitive to their beginning: divided into segments, as a problem for the methods above |

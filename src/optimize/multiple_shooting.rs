@@ -28,13 +28,10 @@ pub(super) struct Joint {
 ///
 /// The initial states of the segments are variables, so a guess of the motion can be given, and the start of a segment affects the motion
 /// only up to the end of this segment. Each segment is a motion of its own with σ₀ = 0. With constraints the result therefore differs from
-/// a single motion by the error of the scheme; if this matters, continue with [`inputs_at`](Self::inputs_at) of the solution as the start
-/// of a [`MotionProblem`].
+/// a single motion by the error of the scheme; if this matters, use [`solve`](super::solve()), which joins the segments.
 ///
-/// J must be a sum over nodes or time, and every output such a sum or a terminal value; for a terminal cost, pass an output to
-/// [`minimise`](Self::minimise). A term at a single node belongs to the segment that contains the node. In an output with other terms,
-/// write a terminal term at the last node ([`Sum::Node`](crate::Sum::Node)) instead of `Sum::Terminal`. With constraints, costs may not
-/// depend on σ, p\* or ṗ\*, which restart with every segment (this is not detected for formulas that branch).
+/// Terminal terms are evaluated at the end of the last segment, and a term at a single node belongs to the segment that contains the node.
+/// With constraints, costs may not depend on σ, p\* or ṗ\*, which restart with every segment (this is not detected for formulas that branch).
 ///
 /// [`stages`](super::stages()) solves the problem segment by segment. It is a [`Problem`](super::Problem) for all other methods, too.
 ///
@@ -83,12 +80,12 @@ pub struct MultipleShooting {
 
 impl MultipleShooting {
     /// A problem with these inputs and free quantities, in a number of segments with about equal numbers of steps. `states` lists one
-    /// coordinate for each degree of freedom; with constraints the start of a segment is assembled from these coordinates.
+    /// coordinate for each degree of freedom, or its end state; the others follow from the constraints.
     ///
     /// # Errors
-    /// Invalid inputs and starts, as for a [`MotionProblem`]; more segments than (macro) steps, or none; states that are too few, repeated
-    /// or of another scene; controls on coarser knots, or free single step lengths; terminal costs, or outputs that mix terminal values and
-    /// sums; with constraints, costs on σ, p\* or ṗ\*; a free duration if anything depends on time explicitly.
+    /// Invalid inputs and starts, as for a [`MotionProblem`]; more segments than (macro) steps, or none; states that are too few, repeated,
+    /// determined by constraints or of another scene; controls on coarser knots, or free single step lengths; with constraints, costs on σ, p\*
+    /// or ṗ\*; a free duration if anything depends on time explicitly.
     pub fn new<C: Copy + Into<Coordinate>>(
         system: &System,
         settings: Settings,
