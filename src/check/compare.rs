@@ -5,10 +5,10 @@ use super::block::Block;
 use super::diagnosis::{self, Evidence};
 use super::matrix::fitting;
 use super::place::{Place, set_scales};
-use super::random::Random;
 use super::report::{BlockReport, Entry, Mistake, Verdict};
 use super::search::Features;
 use super::setting::Setting;
+use crate::number::Random;
 
 /// Maximum number of additional places for each point and, divided by the number of columns, for the block; and its lower bound.
 const BENDS: (usize, usize, usize) = (3, 400, 6);

@@ -1,7 +1,7 @@
 //! Random points over decades of magnitude, and validation of a check's settings.
 
-use super::random::Random;
 use crate::Error;
+use crate::number::Random;
 
 /// Number of random points by default, if no points are given.
 const USUAL: usize = 12;

@@ -7,12 +7,12 @@ use super::draw::{Drawn, check_magnitudes, draw};
 use super::formula::Function;
 use super::matrix::Matrix;
 use super::plan::Plan;
-use super::random::Random;
 use super::reference::Jacobian;
 use super::report::Report;
 use super::setting::Setting;
 use crate::Error;
 use crate::motion::check_size;
+use crate::number::Random;
 
 const TITLE: &str = "function";
 

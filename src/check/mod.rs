@@ -39,7 +39,6 @@ mod pipe;
 mod place;
 mod plan;
 mod point;
-mod random;
 mod reference;
 mod report;
 mod ridders;
@@ -50,6 +49,7 @@ mod step;
 #[cfg(feature = "files")]
 mod worksheet;
 
+pub use crate::number::Random;
 #[cfg(feature = "files")]
 pub use arguments::Arguments;
 pub use derivative::{Input, central_differences, complex_step, tangent};
@@ -65,7 +65,6 @@ pub use matrix::Matrix;
 #[cfg(feature = "files")]
 pub use pipe::Pipe;
 pub use point::Point;
-pub use random::Random;
 pub use report::{BlockReport, Diagnosis, Entry, Mistake, Report, Verdict};
 pub use step::{State, StepCheck, StepPoint, Terms, step};
 #[cfg(feature = "files")]

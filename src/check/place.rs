@@ -3,10 +3,10 @@
 use nalgebra::DMatrix;
 use std::ops::Range;
 
-use super::random::Random;
 use super::reference::{Jacobian, differenced};
 use super::scale::sizes;
 use super::setting::Setting;
+use crate::number::Random;
 
 /// Allowed error of an entry in multiples of the noise of the true value.
 pub(crate) const NOISE: f64 = 64.0;

@@ -3,8 +3,8 @@
 use nalgebra::SVector;
 use std::ops::Range;
 
-use super::random::Random;
 use crate::Scalar;
+use crate::number::Random;
 
 /// The arguments of an element with N coordinates, M equations, K controls and P constants.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 use std::ops::Range;
 
 use super::formula::{Differentiable, Formula};
-use super::random::Random;
 use super::ridders::ridders;
+use crate::number::Random;
 
 /// Blocks with more columns than this are checked by differences in this many columns only.
 const MOST_DIFFERENCED: usize = 24;

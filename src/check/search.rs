@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use super::features::{Form, Need, VISIBLE, Variant};
 use super::formula::Differentiable;
-use super::random::Random;
 use super::reference::Jacobian;
 use super::setting::Setting;
+use crate::number::Random;
 use crate::program::Node;
 
 /// Maximum number of distinguished branches of a formula that compares values; a table lookup has one for each cell.

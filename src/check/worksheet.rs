@@ -11,9 +11,9 @@ use serde_json::{Map, Value, json};
 use super::arguments::Arguments;
 use super::block::Block;
 use super::compare::{SEED, places};
-use super::random::Random;
 use super::setting::Setting;
 use crate::Error;
+use crate::number::Random;
 
 const FORMAT: &str = "hamiltonian-adjoint worksheet";
 const VERSION: u32 = 1;

@@ -7,6 +7,7 @@ mod exp;
 mod fingerprint;
 mod hyper;
 mod lanes;
+mod random;
 mod real;
 mod scalar;
 mod sincos;
@@ -21,6 +22,7 @@ pub(crate) use hyper::{Slope, hyper, hyper_parts, slope, with_slope};
 pub(crate) use lanes::{
     add, add_dot, all_finite, by_fours, copy_singly, dot, larger, largest, minus_product, plus_product, singly, take, total,
 };
+pub use random::Random;
 pub use real::{Family, Real};
 pub use scalar::{Arithmetic, Scalar};
 pub(crate) use sincos::{Known, sin_cos_lanes};

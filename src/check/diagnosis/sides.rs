@@ -5,8 +5,8 @@ use super::evidence::Evidence;
 use super::known;
 use super::mask::Mask;
 use crate::check::matrix::fitting;
-use crate::check::random::Random;
 use crate::check::report::{Diagnosis, Mistake};
+use crate::number::Random;
 
 /// Number of additional points, each with arguments of two others.
 const MIXED: usize = 64;

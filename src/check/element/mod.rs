@@ -12,11 +12,11 @@ use super::formula::{Derived, Function, Made};
 use super::matrix::Matrix;
 use super::plan::Plan;
 use super::point::{Part, Places, Point};
-use super::random::Random;
 use super::reference::Jacobian;
 use super::report::Report;
 use super::setting::Setting;
 use crate::Error;
+use crate::number::Random;
 
 /// A check of hand-derived derivatives of an element, created by [`constraint`](constraint()), [`kinetic_energy`], [`potential_energy`],
 /// [`force`](force()) or [`cost`](cost()).

@@ -1,7 +1,7 @@
 //! Random directions of the inputs, and the gradient along them.
 
-use super::super::random::Random;
 use crate::check::Input;
+use crate::number::Random;
 use crate::{Gradient, Inputs};
 
 /// A part of the inputs.

@@ -5,7 +5,6 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use super::super::draw::check_tolerance;
-use super::super::random::Random;
 use super::super::report::{BlockReport, Verdict, outcome};
 use super::Part;
 use super::directions::{only, product, random};
@@ -18,6 +17,7 @@ use super::taylor::FIRST_STEP;
 use super::watch::Watch;
 use super::ways::Way;
 use crate::check::Input;
+use crate::number::Random;
 use crate::{Error, Hyper, Inputs, Output, Progress, Settings, System};
 
 /// Rounding error relative to the largest of all rows, of the gradient and of its terms; products below it, as for a linear J, count as zero.

@@ -95,10 +95,10 @@ pub(super) fn identity(
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::random::Random;
     use super::super::directions::{Part, random};
     use super::super::watch::Watch;
     use super::*;
+    use crate::number::Random;
     use crate::{Grid, Settings, Solver, scenes::CartPendulum};
 
     #[test]

@@ -23,8 +23,8 @@ use std::ops::ControlFlow;
 
 use super::derivative::Input;
 use super::draw::check_tolerance;
-use super::random::Random;
 use super::report::Verdict;
+use crate::number::Random;
 use crate::{Error, Estimate, Gradient, Inputs, Output, Progress, Settings, Solver, System, Warning};
 use directions::{only, product, random};
 use identity::identity;

@@ -3,9 +3,9 @@
 use nalgebra::DVector;
 use std::ops::Range;
 
-use super::super::random::Random;
 use super::terms::Terms;
 use crate::motion::column;
+use crate::number::Random;
 use crate::paper_system::{self, PaperSystem, Variable};
 use crate::redundancy::mass_matrix;
 

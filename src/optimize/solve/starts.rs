@@ -8,7 +8,7 @@ use super::super::motion_problem::{MotionProblem, Statement};
 use super::super::problem::Interval;
 use super::super::variables::Variables;
 use crate::Error;
-use crate::check::Random;
+use crate::number::Random;
 
 /// Number of sines in a random control.
 const SINES: usize = 6;
