@@ -69,6 +69,13 @@ impl Graph {
         (graph, results.iter().map(|node| map[node.index()]).collect())
     }
 
+    /// The graph of some results alone, in which constants precede the first node that needs them; also returns the results in it.
+    #[cfg(feature = "files")]
+    pub(crate) fn tidied(&self, results: &[Node]) -> (Self, Vec<Node>) {
+        let (graph, map) = self.remade(results.iter().copied(), |_| false);
+        (graph, results.iter().map(|node| map[node.index()]).collect())
+    }
+
     /// The graph without the signs of zeros, on which derivatives do not depend; keeps the values read, and returns the results in it.
     pub(crate) fn without_signs(&self, results: &[Node]) -> (Self, Vec<Node>) {
         let (mut graph, map) = self.remade(results.iter().chain(&self.looked_at).copied(), |_| true);
@@ -79,11 +86,28 @@ impl Graph {
     /// Creates the given nodes and their arguments again, with or without the signs of zeros, and maps old nodes to new ones.
     fn remade(&self, of: impl Iterator<Item = Node>, is_loose: impl Fn(Node) -> bool) -> (Self, Vec<Node>) {
         let (mut graph, mut map) = (Graph::default(), vec![Node(u32::MAX); self.len()]);
-        for node in self.reachable(of) {
+        for node in self.with_late_constants(self.reachable(of)) {
             graph.is_loose = is_loose(node);
             map[node.index()] = graph.make(self.expression(node).map(|x| map[x.index()]));
         }
         (graph, map)
+    }
+
+    /// The nodes in an order in which constants precede the first node that needs them, wherever they were recorded, so that formulas with the same
+    /// operations are alike.
+    fn with_late_constants(&self, nodes: Vec<Node>) -> Vec<Node> {
+        let is_constant = |node: &Node| self.value(*node).is_some();
+        let (constants, operations): (Vec<Node>, Vec<Node>) = nodes.into_iter().partition(is_constant);
+        let mut is_placed = vec![false; self.len()];
+        let mut place = |node: &Node| !std::mem::replace(&mut is_placed[node.index()], true);
+        let mut ordered = Vec::with_capacity(constants.len() + operations.len());
+        for node in operations {
+            ordered.extend(self.expression(node).arguments().filter(is_constant).filter(&mut place));
+            ordered.push(node);
+        }
+        // Results may be constants.
+        ordered.extend(constants.into_iter().filter(place));
+        ordered
     }
 
     /// Whether nodes are 0 for all arguments if `node` has the value `end`, an argument of it.
@@ -171,6 +195,8 @@ impl Graph {
     }
 
     pub(crate) fn constant(&mut self, x: f64) -> Node {
+        // What is not a number has one form.
+        let x = if x.is_nan() { f64::NAN } else { x };
         self.put(Expression::Constant(if self.is_loose { x + 0.0 } else { x }.to_bits()))
     }
 

@@ -28,7 +28,7 @@ impl Scene {
         like: Option<usize>,
     ) {
         self.elements.push(name.to_string());
-        let item = PlacedElement::new(name, formula.element(kind), to);
+        let item = PlacedElement { is_graph: true, ..PlacedElement::new(name, formula.element(kind), to) };
         let place = self.parts.batches.push_like(like, item);
         self.note(name, Added::Element(place));
     }

@@ -62,7 +62,7 @@ pub(crate) fn write(
     which: Parts,
     name: &dyn Fn(Expression) -> Option<String>,
 ) -> Option<Text> {
-    let mut writer = Writer { graph, name, written: HashMap::new() };
+    let mut writer = Writer { graph, name, which, written: HashMap::new() };
     let mut parts = Vec::new();
     // Nodes are written before those that depend on them, without recursion, so deep formulas need no deep stack.
     for node in graph.reachable(results.iter().copied()) {
@@ -85,6 +85,7 @@ pub(crate) fn write(
 struct Writer<'a> {
     graph: &'a Graph,
     name: &'a dyn Fn(Expression) -> Option<String>,
+    which: Parts,
     written: HashMap<Node, Written>,
 }
 
@@ -94,6 +95,10 @@ impl Writer<'_> {
         use Expression::*;
         let call = |name: &str, x: Node, y: Node| Some(format!("{name}({}, {})", self.part(x, Sum)?, self.part(y, Sum)?));
         let (text, binding) = match self.graph.expression(node) {
+            // Only formulas, which alone are written so, may contain them.
+            Constant(bits) if self.which == Parts::All && !f64::from_bits(bits).is_finite() => {
+                (undefined(f64::from_bits(bits)).into(), Product)
+            }
             Constant(bits) if f64::from_bits(bits).is_sign_negative() => (finite(f64::from_bits(bits))?, Sum),
             Constant(bits) => (finite(f64::from_bits(bits))?, Whole),
             named @ (Input(_) | Parameter(_)) => ((self.name)(named)?, Whole),
@@ -141,6 +146,15 @@ pub(crate) fn quoted(name: &str) -> Option<String> {
 /// A number as it is written in a formula.
 fn finite(x: f64) -> Option<String> {
     x.is_finite().then(|| format!("{x:?}"))
+}
+
+/// A number that is not finite as a quotient, which is read as this number.
+fn undefined(x: f64) -> &'static str {
+    match x {
+        f64::INFINITY => "1.0 / 0.0",
+        f64::NEG_INFINITY => "-1.0 / 0.0",
+        _ => "0.0 / 0.0",
+    }
 }
 
 /// Depth of nested parentheses, without those in names.

@@ -2,6 +2,7 @@
 #![allow(dead_code)]
 
 pub mod bench;
+pub mod files;
 pub mod products;
 
 use hamiltonian_adjoint::check::{Input, complex_step};

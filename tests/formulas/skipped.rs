@@ -1,6 +1,7 @@
 //! What recorded formulas say is constant, linear, sinusoidal or absent is so: whole motions and gradients against the plain formulas, of which nothing
 //! is skipped, and against dual numbers at every point.
 
+use crate::files;
 use crate::scenes::pieces::Piece;
 use crate::scenes::strings::{Order, string};
 use crate::scenes::{elements, formulas, pairs, pieces, points, ready_parts, structures};
@@ -68,8 +69,18 @@ fn difference(plain: &DMatrix<Dual64>, ours: &DMatrix<f64>) -> f64 {
     worst / ours.iter().fold(1.0f64, |size, x| size.max(x.abs()))
 }
 
+/// Asserts that a scene is the same after it was written and read.
+fn assert_comes_back(name: &str, scene: &Scene, dt: f64) {
+    files::assert_comes_back(name, scene, &|_, system| {
+        let mut inputs = Inputs::at_rest(system, Grid::uniform(8, dt));
+        inputs.controls.iter_mut().enumerate().for_each(|(i, u)| *u = 1.0 + (i as f64).sin());
+        inputs
+    });
+}
+
 /// A motion and a gradient of the compiled scene against the plain formulas.
 fn against_plain(name: &str, scene: Scene) {
+    assert_comes_back(name, &scene, 0.01);
     let system = scene.compile().expect("a scene");
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.01));
     for (i, u) in inputs.controls.iter_mut().enumerate() {
@@ -143,6 +154,7 @@ fn chains_trees_and_ladders_move_as_their_plain_formulas() {
 /// The gradient of a scene compiled to programs against that of the same scene with dual numbers at every point.
 fn against_dual_numbers(name: &str, scenes: [Scene; 2], dt: f64) {
     let [with, without] = scenes;
+    assert_comes_back(name, &with, dt);
     let systems = [with.compile().expect("a scene"), without.compile_without_programs().expect("a scene")];
     assert!(systems[0].without_programs().count() <= 1 && systems[1].without_programs().count() > 0, "{name}");
     let projected = Settings { drift_bound: 0.0, ..Settings::default() };

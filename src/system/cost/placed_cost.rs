@@ -56,12 +56,15 @@ impl PlacedCost {
     /// A cost whose formula is a graph.
     #[cfg(feature = "files")]
     pub fn of_formula(what: (&str, usize, Sum), formula: Arc<GraphFormula>, to: Connections) -> Self {
-        Self::of_any(what, formula, to)
+        let mut cost = Self::of_any(what, formula, to);
+        cost.of.is_graph = true;
+        cost
     }
 
     fn of_any((name, output, sum): (&str, usize, Sum), formula: Arc<dyn AnyCost>, to: Connections) -> Self {
         let shape = Shape { n: to.q.len(), m: to.sigma.len(), k: to.u.len(), p: to.b.len() };
-        let of = Placed { name: name.to_string(), formula, shape, to, slots: shape.of_cost().collect(), depends: None };
+        let (name, slots) = (name.to_string(), shape.of_cost().collect());
+        let of = Placed { name, formula, shape, to, slots, depends: None, is_graph: false };
         let by_lengths = [Beside::Both, Beside::Before, Beside::After].map(|side| slopes(sum, side));
         let (formula, numbers, obstacle, uses) = (None, Vec::new(), None, CostUse::UNKNOWN);
         PlacedCost { of, output, sum, by_lengths, formula, numbers, obstacle, uses }

@@ -33,6 +33,7 @@ impl GraphFormula {
             first.iter().for_each(|slot| _ = symbol(*slot));
             formula(&symbol, put);
         })?;
+        let (graph, results) = graph.tidied(&results);
         Ok(GraphFormula { graph, results, shape })
     }
 
@@ -70,14 +71,10 @@ impl GraphFormula {
     }
 
     fn first<S: Scalar>(&self, read: Read<S>) -> S {
-        let mut first = S::zero();
-        let mut is_first = true;
-        self.values(read, &mut |value| {
-            if std::mem::take(&mut is_first) {
-                first = value;
-            }
-        });
-        first
+        // Without a zero to begin with, which would be recorded as a part of the formula.
+        let mut first = None;
+        self.values(read, &mut |value| first = first.or(Some(value)));
+        first.unwrap_or_else(S::zero)
     }
 }
 
@@ -143,7 +140,7 @@ impl<F: Recordable + ?Sized> Placed<F> {
     pub fn with(&self, formula: GraphFormula) -> Placed<GraphFormula> {
         let Placed { name, shape, to, slots, .. } = self;
         let (name, to, slots) = (name.clone(), to.clone(), slots.clone());
-        Placed { name, formula: Arc::new(formula), shape: *shape, to, slots, depends: None }
+        Placed { name, formula: Arc::new(formula), shape: *shape, to, slots, depends: None, is_graph: true }
     }
 
     /// What the library compiles: the graph of the formula, and the numbers in it that like formulas need not share.

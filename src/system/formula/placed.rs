@@ -19,13 +19,15 @@ pub struct Placed<F: ?Sized> {
     pub slots: Vec<Slot>,
     /// Whether it depends on each of them, if anything was concluded from its graph.
     pub depends: Option<Vec<bool>>,
+    /// True if the formula is a graph, which is the same in every run.
+    pub is_graph: bool,
 }
 
 impl<F: ?Sized> Clone for Placed<F> {
     fn clone(&self) -> Self {
-        let Placed { name, formula, shape, to, slots, depends } = self;
+        let Placed { name, formula, shape, to, slots, depends, is_graph } = self;
         let (name, formula, to) = (name.clone(), formula.clone(), to.clone());
-        Placed { name, formula, shape: *shape, to, slots: slots.clone(), depends: depends.clone() }
+        Placed { name, formula, shape: *shape, to, slots: slots.clone(), depends: depends.clone(), is_graph: *is_graph }
     }
 }
 
@@ -121,9 +123,9 @@ impl<F: Recordable + ?Sized> Placed<F> {
         guarded(|| self.formula.values(&|slot| self.to.read(at, slot), &mut |_: f64| ())).is_none()
     }
 
-    /// Appends the fingerprint of the formula if anything was concluded from its graph.
+    /// Appends the fingerprint of the formula if anything was concluded from its graph, and if it may differ from run to run.
     pub fn fingerprint(&self, sum: &mut Fingerprint) {
-        if self.depends.is_some() {
+        if self.depends.is_some() && !self.is_graph {
             let input = |slot: Slot| Fingerprint::input(self.shape.number(slot));
             self.formula.values(&input, &mut |value: Fingerprint| sum.join(value));
         }

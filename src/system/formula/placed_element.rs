@@ -20,7 +20,8 @@ pub type PlacedElement = Placed<dyn AnyElement>;
 impl PlacedElement {
     pub fn new(name: &str, formula: Arc<dyn AnyElement>, to: Connections) -> Self {
         let shape = formula.shape();
-        Placed { name: name.to_string(), formula, shape, to, slots: shape.of_element().collect(), depends: None }
+        let (name, slots) = (name.to_string(), shape.of_element().collect());
+        Placed { name, formula, shape, to, slots, depends: None, is_graph: false }
     }
 
     /// Adds the element's 𝓛_v, 𝓛_q + Q and dΦ/dt.

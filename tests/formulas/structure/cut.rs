@@ -204,6 +204,11 @@ fn outcome(cut: &Cut, kind: &str, with_programs: bool) -> Result<[Gradient; 2], 
         _ => s.potential_energy("V", Stiffness(Some(cut.clone())), [x, y], b),
     }
     s.cost("squares", Squares, Sum::Trapezoidal, [x, y, z], [], [], []);
+    if with_programs {
+        files::assert_comes_back("a branch that is cut off", &s, &|_, system| {
+            Inputs::at_rest(system, Grid::uniform(3, 0.01))
+        });
+    }
     let system = if with_programs { s.compile() } else { s.compile_without_programs() }?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.01));
     let mut q = nalgebra::DVector::from_column_slice(&[0.3, -0.4, 0.1]);

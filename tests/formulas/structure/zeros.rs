@@ -71,8 +71,10 @@ fn programs_keep_the_signs_of_zeros_that_functions_see() {
         // Two of the constants are numbers.
         let b = [s.design("b", numbers[1]).into(), s.design("c", numbers[2]).into(), numbers[3].into(), numbers[4].into()];
         s.cost("zeros", zeros.clone(), Sum::Node(0), [x], [], [], b);
+        let inputs = |system: &System| Inputs::at_rest(system, Grid::uniform(1, 0.1));
+        files::assert_comes_back("a formula of zeros", &s, &|_, system| inputs(system));
         let system = s.compile().expect("a scene");
-        let inputs = Inputs::at_rest(&system, Grid::uniform(1, 0.1));
+        let inputs = inputs(&system);
         let mut solver = Solver::new(&system, Settings::default());
         // A sum may have changed the sign of a coordinate that is zero.
         let q = solver.simulate(&inputs).expect("a motion").q[(0, 0)];
