@@ -23,9 +23,13 @@ def shown(monkeypatch, capsys):
 def long_motion(seconds=0.4):
     """A system and inputs whose motion takes about this time, whether the library is optimised or not."""
     system = cart_with_links(3)[0].compile()
-    start = time.perf_counter()
-    ha.simulate(system, pushed(system, force=0.1, steps=2000, dt=1e-5))
-    steps = int(2000 * seconds / (time.perf_counter() - start))
+    times = []
+    # The least time is that without other processes.
+    for _ in range(5):
+        start = time.perf_counter()
+        ha.simulate(system, pushed(system, force=0.1, steps=2000, dt=1e-5))
+        times.append(time.perf_counter() - start)
+    steps = int(2000 * seconds / min(times))
     return system, pushed(system, force=0.1, steps=steps, dt=1e-5)
 
 
