@@ -51,6 +51,39 @@ fn three_links_come_to_rest_as_a_single_motion() {
     }
 }
 
+/// A cart whose three links turn up in the shortest time with a bounded force.
+fn shortest() -> MotionProblem {
+    let mut cart = CartPendulum::with_links(3).mechanism();
+    cart.scene.time("time", 1.0);
+    let angles: Vec<_> = cart.links.iter().map(|link| cart.scene.end_state(link.coordinates[2])).collect();
+    let system = cart.scene.compile().expect("a system");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+    let free = vec![Free::control(cart.force).within(-50.0, 50.0).scaled(10.0), Free::duration().within(0.5, 5.0)];
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    angles.into_iter().for_each(|angle| problem.constrain(angle.position, Interval::equal(FRAC_PI_2)));
+    problem
+}
+
+#[test]
+fn the_shortest_time_is_found_by_way_of_a_feasible_motion() {
+    let mut problem = shortest();
+    let mut first = f64::NAN;
+    let mut watch = |at: &Iterate, x: &[f64]| {
+        if at.violation <= 1e-4 && first.is_nan() {
+            first = x[x.len() - 1];
+        }
+        ControlFlow::Continue(())
+    };
+    let solved = solve(&mut problem, Guess::Straight, &OPTIONS, &mut watch).expect("fits");
+    println!("{solved}");
+    let found = &solved.outcome;
+    assert!(solved.attempts.len() == 1 && found.reason.is_converged() && found.violation < 1e-8, "{solved}");
+    assert!(found.value < 1.62, "{found}");
+    // The first feasible motion has about the duration of the start.
+    assert!((first - 2.0).abs() < 0.3, "{first}");
+}
+
 #[test]
 fn states_may_be_given_and_starts_may_be_many() {
     let mut problem = upright(1, 0.0);

@@ -1,11 +1,18 @@
 //! An attempt in segments: from a guess of the states to a minimum of the problem as one motion.
 
+use super::super::free::Quantity;
 use super::super::problem::{Problem, largest_violation};
-use super::super::stages::{stages, stages_from};
+use super::super::stages::{feasible, stages, stages_from};
 use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Watcher, interior_point};
 use super::guess::Line;
 use crate::Error;
 
+/// The search for a feasible motion ends after this many iterations, or with these errors.
+const FEASIBLE: usize = 40;
+const ROUGH: f64 = 1e-2;
+const MET: f64 = 1e-4;
+/// The largest number of iterations from a feasible motion in haste.
+const MOST_HASTY: usize = 80;
 /// The first μ for joined segments.
 const JOINED_MU: f64 = 1e-6;
 /// The tolerance of violations in the last round relative to that asked for, and its smallest value.
@@ -19,6 +26,15 @@ const LAST: usize = ROUNDS - 1;
 /// The largest number of iterations in a round.
 const MOST_JOINED: usize = 50;
 
+/// What to do if no feasible motion is found near the start.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Haste {
+    /// Minimise from the start.
+    Patient,
+    /// Give up.
+    Brief,
+}
+
 /// Solves the problem in a number of segments, and then as one motion; `None` if it cannot be divided. The problem is left with the motion of the
 /// result.
 ///
@@ -26,7 +42,7 @@ const MOST_JOINED: usize = 50;
 /// A problem without Hessian products.
 pub(super) fn in_segments(
     problem: &mut MotionProblem,
-    (line, segments): (&Line, usize),
+    (line, segments, haste): (&Line, usize, Haste),
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Option<Outcome>, Error> {
@@ -43,8 +59,8 @@ pub(super) fn in_segments(
     })?;
     // The first variables are those of the problem.
     let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
-    let from = shooting.start();
-    let found = stages(&mut shooting, &from, options, &mut only)?;
+    let is_timed = problem.free().free().iter().any(|free| free.quantity == Quantity::Duration);
+    let found = minimised(&mut shooting, (is_timed, haste), options, &mut only)?;
     if !found.reason.is_converged() {
         return Ok(Some(restated(problem, found, &start)));
     }
@@ -56,6 +72,33 @@ pub(super) fn in_segments(
     let x = one.x.clone();
     let polished = interior_point(problem, &x, options, watch)?;
     Ok(Some(sum(one, polished)))
+}
+
+/// Minimises J in segments. If the duration is free, a feasible motion with about the duration of the start is sought first, because a lower J
+/// often lies at durations that are too short for any controls.
+///
+/// # Errors
+/// A problem without Hessian products.
+fn minimised(
+    shooting: &mut MultipleShooting,
+    (is_timed, haste): (bool, Haste),
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Outcome, Error> {
+    let start = shooting.start();
+    if !is_timed {
+        return stages(shooting, &start, options, watch);
+    }
+    let few = |most: usize| Options { iterations: options.iterations.min(most), ..*options };
+    let rough = Options { stationarity: ROUGH, violation: MET, target: None, ..few(FEASIBLE) };
+    let near = feasible(shooting, &start, &rough, watch)?;
+    let is_found = near.violation <= MET;
+    if near.is_interrupted() || haste == Haste::Brief && !is_found {
+        return Ok(near);
+    }
+    let x = if is_found { near.x.clone() } else { start };
+    let asked = if haste == Haste::Brief { few(MOST_HASTY) } else { *options };
+    Ok(sum(near, stages(shooting, &x, &asked, watch)?))
 }
 
 /// Makes a single motion of segments that meet in independent coordinates.

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::super::MotionProblem;
 use super::super::problem::{Interval, Problem};
 use super::super::segment::Segment;
+use super::starts;
 use crate::assembly::Retraction;
 use crate::motion::check_size;
 use crate::solver::Asked;
@@ -38,9 +39,10 @@ pub enum Guess {
 /// A guess, and a number of starts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Search {
-    /// The guess of the states, for all starts.
+    /// The guess of the states.
     pub guess: Guess,
-    /// The number of starts, at least 1: the first with the inputs of the problem, the others with random controls and durations.
+    /// The number of starts, at least 1: the first with the inputs of the problem, the others with random controls and durations, and with random
+    /// sines added to the guess.
     pub starts: usize,
 }
 
@@ -65,11 +67,11 @@ pub(super) struct Line {
 }
 
 impl Line {
-    /// The states of a guess; `None` if there is no consistent start.
+    /// The states of a guess for a start of a search, bent at random unless it is the first one; `None` if there is no consistent start.
     ///
     /// # Errors
     /// States of wrong size or not finite.
-    pub(super) fn new(problem: &MotionProblem, guess: &Guess) -> Result<Option<Self>, Error> {
+    pub(super) fn new(problem: &MotionProblem, guess: &Guess, start: usize) -> Result<Option<Self>, Error> {
         let (system, settings) = (problem.solver.system(), problem.solver.settings());
         let inputs = problem.inputs_at(&problem.start());
         let nodes = inputs.grid.nodes();
@@ -92,7 +94,7 @@ impl Line {
         let Ok(mut pose) = Pose::new(system, settings, &at, &coordinates) else { return Ok(None) };
         let times = inputs.grid.times();
         let z0 = pose.guess(&q0, &v0);
-        let z = match guess {
+        let mut z = match guess {
             Guess::States { q, v } => {
                 let of = |i: usize, node: usize| {
                     if i.is_multiple_of(2) { q[(chosen[i / 2], node)] } else { v[(chosen[i / 2], node)] }
@@ -101,6 +103,9 @@ impl Line {
             }
             _ => straight(&z0, &pose.end(&z0, times[nodes - 1], &ends), &times),
         };
+        if start > 0 {
+            starts::bend(&mut z, &times, start);
+        }
         pose.guess(&q0, &v0);
         let (mut q, mut v) = (DMatrix::zeros(system.n(), nodes), DMatrix::zeros(system.n(), nodes));
         for (node, z) in z.column_iter().enumerate() {

@@ -8,7 +8,7 @@ mod starts;
 use super::{Iterate, MotionProblem, Options, Outcome, Watcher, interior_point, silent};
 use crate::Error;
 use crate::solver::each;
-use attempt::in_segments;
+use attempt::{Haste, in_segments};
 use guess::Line;
 pub use guess::{Guess, Search};
 pub use solved::{Attempt, Solved};
@@ -18,7 +18,7 @@ use starts::Starts;
 const STEPS: [usize; 4] = [5, 10, 1, 3];
 /// Number of starts that are tried together, and of starts that must lead to the best value until no others are tried.
 const TOGETHER: usize = 4;
-const AGAIN: usize = 3;
+const AGAIN: usize = 6;
 /// Number of ways that are tried from starts after the first one.
 const FEW: usize = 2;
 /// Relative difference of values that are the same.
@@ -31,8 +31,10 @@ const ALIKE: f64 = 1e-4;
 /// problem states it. Segments of different lengths are tried until one of them leads to a minimum; if none does,
 /// [`interior_point`](super::interior_point()) starts from the inputs of the problem as one motion.
 ///
-/// If a [`Search`] has several starts, the others have random controls and durations, and the lowest minimum is returned. With the feature `rayon` they
-/// run on all cores; the outcome is the same. No further start is tried once several led to the lowest minimum.
+/// If the duration is free, a feasible motion with about the duration of the start is sought first, without the bounds of the controls.
+///
+/// If a [`Search`] has several starts, the others have random controls, durations and guesses, and the lowest minimum is returned. With the
+/// feature `rayon` they run on all cores; the outcome is the same. No further start is tried once several led to the lowest minimum.
 ///
 /// The problem is left with the motion of the solution, and [`Solved`] lists what was tried.
 ///
@@ -79,11 +81,12 @@ pub fn solve(
     let mut values = vec![value(&best.outcome)];
     let others: Vec<usize> = (1..starts).collect();
     for some in others.chunks(TOGETHER) {
+        let known = value(&best.outcome).is_finite().then_some(&best.outcome);
         let found = each(
             some,
             || (),
             |(), &start| {
-                let mut own = random.problem(start)?;
+                let mut own = random.problem(start, known)?;
                 from_start(&mut own, &guess, (options, start), &mut silent)
             },
         );
@@ -127,13 +130,14 @@ fn from_start(
     watch: &mut Watcher,
 ) -> Result<Solved, Error> {
     let (start, mut attempts) = (problem.start(), Vec::new());
+    let haste = if first == 0 { Haste::Patient } else { Haste::Brief };
     let line = match guess {
         Guess::Inputs => None,
-        _ => Line::new(problem, guess)?,
+        _ => Line::new(problem, guess, first)?,
     };
     let ways = line.iter().flat_map(|line| counts(problem, first).into_iter().map(move |segments| (line, segments)));
     for (line, segments) in ways.collect::<Vec<_>>() {
-        let Some(outcome) = in_segments(problem, (line, segments), options, watch)? else { continue };
+        let Some(outcome) = in_segments(problem, (line, segments, haste), options, watch)? else { continue };
         attempts.push(Attempt::of(format!("{segments} segments"), &outcome, options));
         if is_solved(&outcome, options) || outcome.is_interrupted() {
             return Ok(Solved { outcome, attempts });

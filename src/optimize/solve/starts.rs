@@ -1,5 +1,6 @@
-//! [`Starts`]: random controls and durations.
+//! [`Starts`]: random controls, durations and guesses.
 
+use nalgebra::DMatrix;
 use std::f64::consts::{LN_2, PI};
 
 use super::super::Outcome;
@@ -14,8 +15,12 @@ use crate::number::Random;
 const SINES: usize = 6;
 /// Their largest coefficients, relative to half the distance between bounds.
 const BOUNDED: f64 = 0.4;
-/// Random durations are between the given one divided by this power of two and multiplied by it.
-const OCTAVES: f64 = 1.0;
+/// Random durations relative to that of the best outcome, or to the given one, as powers of 2: from much shorter to somewhat longer ones, because
+/// the way to a shorter motion is often through infeasible ones, and the way from a longer one is not.
+const OCTAVES: [f64; 2] = [-0.75, 0.25];
+/// Number of sines that bend a guess, and their largest coefficient, relative to the largest change of a coordinate.
+const BENDS: usize = 3;
+const BENT: f64 = 0.5;
 
 /// Random starts of a problem.
 pub(super) struct Starts {
@@ -34,12 +39,12 @@ impl Starts {
         Starts { of: problem.statement(), start: problem.start(), size }
     }
 
-    /// The problem with start number `which`.
+    /// The problem with start number `which`; durations are around those of the best outcome, if there is one.
     ///
     /// # Errors
     /// Inputs that do not fit.
-    pub(super) fn problem(&self, which: usize) -> Result<MotionProblem, Error> {
-        let variables = &self.of.variables;
+    pub(super) fn problem(&self, which: usize, best: Option<&Outcome>) -> Result<MotionProblem, Error> {
+        let (variables, around) = (&self.of.variables, best.map_or(&self.start, |best| &best.x));
         let (mut x, bounds, mut random) = (self.start.clone(), variables.bounds(), Random::new(which as u64));
         for range in controls(variables) {
             let (steps, within) = ((range.len() - 1).max(1) as f64, bounds[range.start]);
@@ -53,12 +58,34 @@ impl Starts {
             }
         }
         for (free, range) in variables.parts().filter(|(free, _)| free.quantity == Quantity::Duration) {
-            let factor = (LN_2 * OCTAVES * random.uniform(-1.0, 1.0)).exp();
+            let factor = (LN_2 * random.uniform(OCTAVES[0], OCTAVES[1])).exp();
             let Interval { least, most } = bounds[range.start];
-            let longer = free.to_variable(free.to_value(x[range.start]) * factor);
+            let longer = free.to_variable(free.to_value(around[range.start]) * factor);
             x[range.start] = longer.clamp(least, most);
         }
         self.of.at(&x)
+    }
+}
+
+/// Adds random sines to the independent coordinates of a guess, (q_1, v_1, q_2, …) in the rows, and their derivatives to the rates; the ends keep
+/// their coordinates.
+pub(super) fn bend(z: &mut DMatrix<f64>, times: &[f64], which: usize) {
+    let (mut random, last) = (Random::new(!(which as u64)), times.len() - 1);
+    let positions = (0..z.nrows()).step_by(2);
+    let change = positions.clone().fold(0.0f64, |most, i| most.max((z[(i, last)] - z[(i, 0)]).abs()));
+    let (size, total) = (change * random.uniform(0.0, BENT), times[last] - times[0]);
+    if total == 0.0 {
+        return;
+    }
+    for i in positions {
+        for j in 1..=BENDS {
+            let (by, speed) = (size * random.uniform(-1.0, 1.0) / j as f64, j as f64 * PI / total);
+            for (node, time) in times.iter().enumerate() {
+                let (sin, cos) = (speed * (time - times[0])).sin_cos();
+                z[(i, node)] += by * sin;
+                z[(i + 1, node)] += by * speed * cos;
+            }
+        }
     }
 }
 

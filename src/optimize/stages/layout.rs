@@ -48,6 +48,7 @@ impl Layout {
         let mut shape = Shape {
             states,
             free: (counts[0]..first_sum).collect(),
+            of_whole: (counts[0] + counts[1]..first_sum).collect(),
             bounds: Vec::new(),
             rows: Vec::new(),
             shifted: Vec::new(),

@@ -4,6 +4,7 @@
 mod filter;
 mod layout;
 mod method;
+mod near;
 mod newton;
 mod problem;
 mod riccati;
@@ -16,6 +17,7 @@ use super::problem::{Problem, largest_violation};
 use super::{Options, Outcome, Reason, Watcher};
 use crate::Error;
 use method::Method;
+use near::Near;
 use problem::{Counts, Multipliers, Staged};
 use run::{FIRST_MU, Run};
 use shooting::Segments;
@@ -37,7 +39,29 @@ pub fn stages(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    stages_from(problem, (start, FIRST_MU), options, watch)
+    run(problem, (start, FIRST_MU), Cost::Stated, options, watch)
+}
+
+/// Seeks a point that satisfies all constraints near a start, with almost the same duration and design variables.
+///
+/// # Errors
+/// As [`stages`].
+pub(super) fn feasible(
+    problem: &mut MultipleShooting,
+    start: &[f64],
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Outcome, Error> {
+    run(problem, (start, FIRST_MU), Cost::Distance, options, watch)
+}
+
+/// What is minimised.
+#[derive(Clone, Copy)]
+enum Cost {
+    /// The cost of the problem.
+    Stated,
+    /// The distance from the start.
+    Distance,
 }
 
 /// As [`stages`], with a first μ: small if the start is almost a minimum.
@@ -50,12 +74,31 @@ pub(super) fn stages_from(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
+    run(problem, (start, mu), Cost::Stated, options, watch)
+}
+
+fn run(
+    problem: &mut MultipleShooting,
+    (start, mu): (&[f64], f64),
+    cost: Cost,
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Outcome, Error> {
     options.fit(problem, start)?;
     let mut segments = Segments::new(problem);
     let mut run = Run::new(options, watch);
     let (mut v, mut reason) = (segments.point(start), Reason::NoStart);
     let mut multipliers = Multipliers::zeros(segments.shape());
-    match segments.with_sums(&mut v).and_then(|()| Method::new(&mut segments, &v, mu)) {
+    let mut near;
+    let begun = match (segments.with_sums(&mut v), cost) {
+        (Err(error), _) => Err(error),
+        (Ok(()), Cost::Stated) => Method::new(&mut segments, &v, mu),
+        (Ok(()), Cost::Distance) => {
+            near = Near::new(&mut segments, &v);
+            Method::new(&mut near, &v, mu)
+        }
+    };
+    match begun {
         Err(error @ Error::NoSecondDerivatives { .. }) => return Err(error),
         Err(error) => {
             run.fail(error);

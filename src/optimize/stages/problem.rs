@@ -10,11 +10,14 @@ use crate::Error;
 /// ```text
 ///   min Σ f_k(v_k)    s_{k+1} = F_k(v_k),   c_k(v_k) within intervals,   v_k = (s_k, w_k) within bounds,   k = 0 … K,   v_K = s_K
 /// ```
+#[derive(Clone)]
 pub(super) struct Shape {
     /// Number of entries of every s.
     pub states: usize,
     /// Entries of s_0 that are variables.
     pub free: Vec<usize>,
+    /// Entries of s that are quantities of the whole motion: variables in s_0, copies of them in all others.
+    pub of_whole: Vec<usize>,
     /// Bounds of v_k.
     pub bounds: Vec<Vec<Interval>>,
     /// Intervals of c_k.
