@@ -1,23 +1,25 @@
 //! `optimise`: optimal control of the paper's cart, and problems of closed mechanisms, by the methods of the library, with the work and the result of each.
 
+mod arm;
 mod figures;
 mod four_bar;
 mod mechanisms;
 mod problems;
+mod rail;
 mod runs;
-mod shooting;
+mod starts;
 
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use clap::{Args, ValueEnum};
+use hamiltonian_adjoint::Error as MotionError;
 use hamiltonian_adjoint::optimize::{
-    Interval, Iterate, MotionProblem, Options as MethodOptions, Outcome, Variables, Watcher, augmented_lagrangian, homotopy,
-    interior_point, lbfgs, levenberg_marquardt,
+    Guess, Interval, Iterate, MotionProblem, Options as MethodOptions, Outcome, Solved, Variables, Watcher,
+    augmented_lagrangian, homotopy, interior_point, lbfgs, levenberg_marquardt, solve,
 };
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Error as MotionError, Settings as SolverSettings};
 
 use crate::bar::bar;
 use crate::error::Error;
@@ -26,7 +28,7 @@ use crate::statistics::{distinct, median};
 use crate::stopwatch::{Repeats, value_and_gradient};
 use crate::table::Table;
 use problems::{Name, Posed};
-use runs::{Found, Run, SEGMENTS};
+use runs::{Found, Run};
 
 /// Solves problems of optimal control and identification with the library's methods
 #[derive(Args, Clone, Debug)]
@@ -34,6 +36,9 @@ pub struct Options {
     /// Problems to solve [default: all]
     #[arg(long = "problem", value_enum, value_name = "NAME")]
     problems: Vec<Name>,
+    /// Solve each problem from so many starts with random controls, too, and search for the shortest times from 40 starts
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    starts: usize,
 }
 
 /// A method: its name and a function that calls it.
@@ -50,6 +55,16 @@ const HOMOTOPY: Method = ("homotopy in the final time", |problem, start, options
     let mut set =
         |problem: &mut MotionProblem, s: f64| problem.change(|inputs| inputs.grid.steps.fill(first + s * (last - first)));
     homotopy(problem, start, options, &mut set, watch)
+});
+/// In segments, from a straight line of states.
+const SOLVE: Method = ("solve", |problem, _, options, watch| {
+    let Solved { outcome, .. } = solve(problem, Guess::Straight, options, watch)?;
+    Ok(outcome)
+});
+/// The same from several starts.
+const SEARCH: Method = ("solve, 40 starts", |problem, _, options, watch| {
+    let Solved { outcome, .. } = solve(problem, Guess::Straight.starts(40), options, watch)?;
+    Ok(outcome)
 });
 const LEAST_SQUARES: Method = ("Levenberg–Marquardt", |problem, start, options, watch| {
     levenberg_marquardt(problem, start, options, watch).map(|fit| fit.outcome)
@@ -73,16 +88,17 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
         }
         let methods: &[Method] = match name {
             Name::Paper => &[LBFGS, LEAST_SQUARES, INTERIOR],
-            Name::RestSooner => &[INTERIOR, HOMOTOPY, AUGMENTED],
-            _ => &[INTERIOR, AUGMENTED],
+            Name::RestSooner => &[SOLVE, INTERIOR, HOMOTOPY, AUGMENTED],
+            Name::Time | Name::TimeRest if options.starts > 0 => &[SOLVE, SEARCH, INTERIOR, AUGMENTED],
+            Name::Periodic => &[INTERIOR, AUGMENTED],
+            _ if name.is_cart() => &[SOLVE, INTERIOR, AUGMENTED],
+            _ => &[SOLVE],
         };
         for method in methods {
-            runs.push(solve(name, *method)?);
+            runs.push(run_method(name, *method)?);
         }
-        if name == Name::RestSooner {
-            for is_merged in [false, true] {
-                runs.push(in_segments(name, is_merged)?);
-            }
+        if name.has_ends() && options.starts > 0 {
+            found += &starts::solved(name, options.starts)?;
         }
     }
     bar.finish_and_clear();
@@ -104,7 +120,7 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
         rows: runs.iter().map(|run| run.cells(gradient)).collect(),
     };
     let words = format!(
-        "The cart of the paper with {} links and 100 steps, started from u = 10 N. Times are medians of up to 5 runs on one thread; one value with its gradient takes {:.3} ms. \
+        "The cart of the paper with {} links and 100 steps, started from u = 10 N, and other machines, started without controls. Times are medians of up to 5 runs on one thread; one value with its gradient takes {:.3} ms. \
          Each method ends in a nearby minimum; the problem of the shortest time has several.{found}",
         CartPendulum::default().links,
         1e3 * gradient
@@ -151,20 +167,28 @@ fn synthesise() -> (Option<Run>, String) {
 }
 
 /// Options with a tolerance that the accuracy of the cost permits.
-fn options(name: Name) -> MethodOptions {
+fn options(name: Name, method: &str) -> MethodOptions {
+    if method.starts_with(SOLVE.0) {
+        return MethodOptions::default();
+    }
     let target = (name == Name::Paper).then_some(1e-10);
     MethodOptions { target, stationarity: 1e-5, iterations: 2000, ..MethodOptions::default() }
 }
 
 fn pose(name: Name) -> Result<Posed, MotionError> {
-    if name == Name::Periodic { mechanisms::periodic() } else { problems::cart(name) }
+    match name {
+        Name::Periodic => mechanisms::periodic(),
+        Name::Rail => rail::pose(),
+        Name::Arm | Name::ArmLimits => arm::pose(name == Name::ArmLimits),
+        _ => problems::cart(name),
+    }
 }
 
-fn solve(name: Name, (method, minimise): Method) -> Result<Run, Error> {
-    let (posed, options) = (pose(name)?, options(name));
+fn run_method(name: Name, (method, minimise): Method) -> Result<Run, Error> {
+    let (posed, options) = (pose(name)?, options(name, method));
     let variables = Variables::new(&posed.system, &posed.inputs, posed.free.clone())?;
     let ((outcome, inputs, iterates), milliseconds) = timed(|| {
-        let (settings, inputs) = (SolverSettings::default(), posed.inputs.clone());
+        let (settings, inputs) = (posed.settings, posed.inputs.clone());
         let mut problem = MotionProblem::new(&posed.system, settings, inputs, variables.clone())?;
         for (output, to) in &posed.constraints {
             let is_asked = name != Name::Paper || method == LEAST_SQUARES.0;
@@ -186,17 +210,6 @@ fn solve(name: Name, (method, minimise): Method) -> Result<Run, Error> {
         Ok(((outcome, inputs, iterates), time))
     })?;
     Ok(Run { name, method, outcome, milliseconds, found: Some(Found { posed, inputs, iterates }) })
-}
-
-/// Solves by multiple shooting; merged segments finally form one motion.
-fn in_segments(name: Name, is_merged: bool) -> Result<Run, Error> {
-    let posed = pose(name)?;
-    let ((outcome, inputs), milliseconds) = timed(|| {
-        let begin = Instant::now();
-        Ok((shooting::solve(&posed, &options(name), is_merged)?, begin.elapsed()))
-    })?;
-    let method = if is_merged { "segments, merged" } else { SEGMENTS };
-    Ok(Run { name, method, outcome, milliseconds, found: Some(Found { posed, inputs, iterates: Vec::new() }) })
 }
 
 /// The result of `work` and the median of its run times in ms; short work is repeated up to five times.

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use hamiltonian_adjoint::{Animation, Inputs, Settings as SolverSettings, Solver, System};
+use hamiltonian_adjoint::{Animation, Inputs, Solver};
 
-use super::problems::Name;
-use super::runs::{Found, Run, SEGMENTS};
+use super::problems::{Name, Posed};
+use super::runs::{Found, Run};
 use crate::error::Error;
 use crate::files;
 use crate::plot::{Axis, Chart, Colour, Panels, Series, Style, colour};
@@ -68,13 +68,14 @@ fn panel(title: String, [x, y]: [Axis; 2], series: Vec<Series>) -> Chart {
 fn control(of: Name) -> Axis {
     match of {
         Name::Periodic => Axis::linear("torque on the crank [N m]"),
+        Name::Arm | Name::ArmLimits => Axis::linear("torque in the first joint [N m]"),
         _ => Axis::linear("force on the cart F [N]"),
     }
 }
 
-/// The lowest value to which a method converged; forces of ten segments are excluded, because they do not belong to one motion.
+/// The lowest value to which a method converged.
 fn best(runs: &[Run]) -> Option<(&Run, &Found)> {
-    let converged = runs.iter().filter(|run| run.outcome.reason.is_converged() && run.method != SEGMENTS);
+    let converged = runs.iter().filter(|run| run.outcome.reason.is_converged());
     let best = converged.min_by(|one, other| one.outcome.value.total_cmp(&other.outcome.value))?;
     Some((best, best.found.as_ref()?))
 }
@@ -89,15 +90,15 @@ pub fn motions(runs: &[Run], folder: &Path) -> Result<(), Error> {
     for (best, found) in of_problems(runs).filter_map(best) {
         let name = best.name.text();
         for (when, inputs) in [("before", &found.posed.inputs), ("after", &found.inputs)] {
-            let page = page(&found.posed.system, inputs, &format!("{name}, {when}"))?;
+            let page = page(&found.posed, inputs, &format!("{name}, {when}"))?;
             files::write(&folder.join(format!("optimise_{name}_{when}.html")), page)?;
         }
     }
     Ok(())
 }
 
-fn page(system: &System, inputs: &Inputs, title: &str) -> Result<String, Error> {
-    let mut solver = Solver::new(system, SolverSettings::default());
+fn page(Posed { system, settings, .. }: &Posed, inputs: &Inputs, title: &str) -> Result<String, Error> {
+    let mut solver = Solver::new(system, *settings);
     let motion = solver.simulate(inputs)?.clone();
     Ok(Animation::new(system, solver.inputs(), &motion)?.title(title).html())
 }

@@ -61,7 +61,8 @@ pub fn periodic() -> Result<Posed, MotionError> {
     inputs.start = Start::Momentum { q: system.initial_coordinates(), p_star };
     let constraints = vec![(end.position, Interval::equal(TAU)), (again, Interval::ZERO)];
     let rate = Free::new(Quantity::Rate(crank.coordinates[2])).scaled(0.02);
-    Ok(Posed { system, inputs, control: torque, free: vec![Free::control(torque), rate], constraints, states: Vec::new() })
+    let free = vec![Free::control(torque), rate];
+    Ok(Posed { system, settings: SolverSettings::default(), inputs, control: torque, free, constraints })
 }
 
 /// The records: their number, the readings per record, the nodes between readings, and the noise in rad.

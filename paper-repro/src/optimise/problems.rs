@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use clap::ValueEnum;
 use hamiltonian_adjoint::optimize::{Free, Interval};
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Control, EndState, Error as MotionError, Grid, Inputs, Output, Sum, System};
+use hamiltonian_adjoint::{Control, EndState, Error as MotionError, Grid, Inputs, Output, Settings, Sum, System};
 
 /// Optimisation problem.
 #[derive(Clone, Copy, Debug, PartialEq, ValueEnum)]
@@ -23,6 +23,12 @@ pub enum Name {
     Time,
     /// The shortest time, |u| ≤ 50 N, links at rest
     TimeRest,
+    /// The shortest time of a pendulum on a rail with ends, |u| ≤ 100 N, from hanging to rest above
+    Rail,
+    /// Three links with motors from hanging to rest upright in 1.5 s, least effort
+    Arm,
+    /// The same with limits of the elbow and of the tip at all of 201 nodes
+    ArmLimits,
     /// A driven crank and rocker: periodic motion with one turn in 1 s and the least effort
     Periodic,
     /// Lengths and pivots of a crank and rocker for which a point follows an ellipse; best of 20 random starts
@@ -34,6 +40,17 @@ pub enum Name {
 impl Name {
     pub fn text(self) -> String {
         self.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
+    /// True if the states at the start and at the end are known, so that `solve` has a guess.
+    pub fn has_ends(self) -> bool {
+        !matches!(self, Name::Paper | Name::Periodic | Name::FourBar | Name::Identify)
+    }
+
+    /// True for the problems of the paper's cart.
+    pub fn is_cart(self) -> bool {
+        use Name::{Effort, Paper, Rest, RestSooner, Time, TimeRest};
+        matches!(self, Paper | Effort | Rest | RestSooner | Time | TimeRest)
     }
 
     fn at_rest(self) -> bool {
@@ -53,13 +70,12 @@ impl Name {
 /// A problem: the system, the initial inputs, their free parts, and the outputs.
 pub struct Posed {
     pub system: System,
+    pub settings: Settings,
     pub inputs: Inputs,
     pub control: Control,
     pub free: Vec<Free>,
     /// Intervals of the outputs.
     pub constraints: Vec<(Output, Interval)>,
-    /// Used by multiple shooting.
-    pub states: Vec<EndState>,
 }
 
 /// A problem of the paper's cart.
@@ -89,5 +105,5 @@ pub fn cart(name: Name) -> Result<Posed, MotionError> {
     let system = cart.scene.compile()?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, name.duration() / 100.0));
     inputs.controls.fill(10.0);
-    Ok(Posed { system, inputs, control, free, constraints, states })
+    Ok(Posed { system, settings: Settings::default(), inputs, control, free, constraints })
 }

@@ -24,9 +24,6 @@ pub struct Found {
     pub iterates: Vec<Inputs>,
 }
 
-/// Name of a result of multiple shooting that is not a single motion.
-pub const SEGMENTS: &str = "ten segments";
-
 impl Found {
     /// The control over time.
     pub fn control(&self, inputs: &Inputs) -> Vec<Point> {

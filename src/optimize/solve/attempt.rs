@@ -11,7 +11,8 @@ use crate::Error;
 const FEASIBLE: usize = 40;
 const ROUGH: f64 = 1e-2;
 const MET: f64 = 1e-4;
-/// The largest number of iterations from a feasible motion in haste.
+/// The largest numbers of iterations of a way, and of one in haste from a feasible motion.
+const MOST: usize = 200;
 const MOST_HASTY: usize = 80;
 /// The first μ for joined segments.
 const JOINED_MU: f64 = 1e-6;
@@ -86,10 +87,10 @@ fn minimised(
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let start = shooting.start();
-    if !is_timed {
-        return stages(shooting, &start, options, watch);
-    }
     let few = |most: usize| Options { iterations: options.iterations.min(most), ..*options };
+    if !is_timed {
+        return stages(shooting, &start, &few(MOST), watch);
+    }
     let rough = Options { stationarity: ROUGH, violation: MET, target: None, ..few(FEASIBLE) };
     let near = feasible(shooting, &start, &rough, watch)?;
     let is_found = near.violation <= MET;
@@ -97,7 +98,7 @@ fn minimised(
         return Ok(near);
     }
     let x = if is_found { near.x.clone() } else { start };
-    let asked = if haste == Haste::Brief { few(MOST_HASTY) } else { *options };
+    let asked = few(if haste == Haste::Brief { MOST_HASTY } else { MOST });
     Ok(sum(near, stages(shooting, &x, &asked, watch)?))
 }
 

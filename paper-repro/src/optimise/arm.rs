@@ -1,0 +1,78 @@
+//! An arm of three links with a motor in each joint, which hangs at the start and comes to rest upright with the least effort.
+
+use std::f64::consts::FRAC_PI_2;
+
+use hamiltonian_adjoint::optimize::{Free, Interval};
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::{
+    Coordinate, Cost, CostPoint, Error as MotionError, Grid, Inputs, Output, Scalar, Scene, Settings, Sum,
+};
+use nalgebra::SVector;
+
+use super::problems::Posed;
+
+/// Lengths in m and masses in kg of the links.
+const LINKS: [(f64, f64); 3] = [(0.5, 2.0), (0.5, 1.5), (0.4, 1.0)];
+/// s.
+const DURATION: f64 = 1.5;
+/// The largest angle between the first two links, rad, and the largest distance of the tip from the first joint to the right, m.
+const ELBOW: f64 = 0.4;
+const REACH: f64 = 0.9;
+
+/// The angle between two links.
+struct Between;
+
+impl Cost<2> for Between {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 2, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[1] - at.q[0]
+    }
+}
+
+/// The place of the tip.
+struct Tip;
+
+impl Cost<3> for Tip {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 3, 0, 0>, _b: &SVector<S, 0>) -> S {
+        (0..3).fold(S::zero(), |x, k| x + at.q[k].cos() * LINKS[k].0)
+    }
+}
+
+/// The problem in 100 steps, or in 200 steps with limits at all nodes.
+pub fn pose(is_limited: bool) -> Result<Posed, MotionError> {
+    let steps = if is_limited { 200 } else { 100 };
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let (mut y, mut before, mut parent) = (0.0, Body::GROUND.at(0.0, 0.0), Body::GROUND);
+    let (mut angles, mut controls) = (Vec::new(), Vec::new());
+    for (k, (length, mass)) in LINKS.into_iter().enumerate() {
+        let place = [0.0, y - 0.5 * length, -FRAC_PI_2];
+        let body = scene.body(&format!("link {k}"), mass, mass * length * length / 12.0, place);
+        scene.revolute(&format!("joint {k}"), before, body.at(-0.5 * length, 0.0));
+        let torque = scene.control(&format!("torque {k}"));
+        scene.torque_actuator(&format!("motor {k}"), parent, body, torque);
+        scene.effort(&format!("effort {k}"), torque, 1e-2);
+        controls.push(torque);
+        angles.push(body.coordinates[2]);
+        (y, before, parent) = (y - length, body.at(0.5 * length, 0.0), body.into());
+    }
+    let ends = angles.iter().map(|angle| scene.end_state(*angle)).collect::<Vec<_>>();
+    let of_end = ends.iter().flat_map(|end| [(end.position, Interval::equal(FRAC_PI_2)), (end.rate, Interval::ZERO)]);
+    let mut constraints: Vec<(Output, Interval)> = of_end.collect();
+    if is_limited {
+        let angles = [angles[0], angles[1], angles[2]];
+        (0..=steps).for_each(|node| constraints.extend(limits(&mut scene, angles, node)));
+    }
+    let system = scene.compile()?;
+    let inputs = Inputs::at_rest(&system, Grid::uniform(steps, DURATION / steps as f64));
+    let (control, free) = (controls[0], controls.into_iter().map(Free::control).collect());
+    Ok(Posed { system, settings: Settings::default(), inputs, control, free, constraints })
+}
+
+/// The limits at a node.
+fn limits(scene: &mut Scene, [first, second, third]: [Coordinate; 3], node: usize) -> [(Output, Interval); 2] {
+    let (name_of_elbow, name_of_tip) = (format!("elbow at node {node}"), format!("tip at node {node}"));
+    let (elbow, tip) = (scene.output(&name_of_elbow), scene.output(&name_of_tip));
+    scene.term(elbow, &name_of_elbow, Between, Sum::Node(node), [first, second], [], [], []);
+    scene.term(tip, &name_of_tip, Tip, Sum::Node(node), [first, second, third], [], [], []);
+    [(elbow, Interval::new(-ELBOW, ELBOW)), (tip, Interval::at_most(REACH))]
+}
