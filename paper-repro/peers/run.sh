@@ -5,6 +5,7 @@
 #   run.sh peers [FOLDER]     the Python packages, installed into a virtual environment in FOLDER (default: a temporary one)
 #   run.sh robots [FOLDER]    two robots from URDF files with Crocoddyl, Pinocchio and MuJoCo; three minutes once built
 #   run.sh four-bar [FOLDER]  a four-bar linkage with seven Python libraries; writes docs/comparison.md; fifteen minutes
+#   run.sh optima [FOLDER]    optimal motions by `solve` and by IPOPT, from 20 starts each; half an hour
 #   run.sh all [FOLDER]       the first three
 #
 # Prints Markdown. Everything runs on one thread.
@@ -28,9 +29,10 @@ main() {
     peers) machine && peers "${2:-$scratch}" ;;
     robots) machine && robots "${2:-$scratch}" ;;
     four-bar) four_bar "${2:-$scratch}" ;;
+    optima) machine && optima "${2:-$scratch}" ;;
     all) machine && yardstick && peers "${2:-$scratch}" && robots "${2:-$scratch}" ;;
     *)
-        sed -n '2,10s/^# \{0,1\}//p' "$0"
+        sed -n '2,11s/^# \{0,1\}//p' "$0"
         return 2
         ;;
     esac
@@ -157,6 +159,13 @@ robots() {
     cargo build --quiet --release --manifest-path "$repository/Cargo.toml" --target-dir "$target" -p urdf --example robot
     install "$1" "${robot_packages[@]}"
     PYTHONPATH=$here "$python" "$here/robots/table.py" "$target/release/examples/robot" "${ROUNDS:-5}"
+}
+
+optima() {
+    local python target=${CARGO_TARGET_DIR:-$repository/target}
+    cargo build --quiet --release --manifest-path "$repository/Cargo.toml" --target-dir "$target" -p paper-repro
+    install "$1" numpy casadi==3.8.2
+    "$python" "$here/optima.py" "$target/release/paper-repro" "${STARTS:-20}"
 }
 
 # Builds this package, too.

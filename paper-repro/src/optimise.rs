@@ -74,7 +74,7 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     let asked = if options.problems.is_empty() { Name::value_variants() } else { &options.problems };
     let names = distinct(asked.iter().copied());
     let mut runs = Vec::new();
-    let mut found = String::new();
+    let (mut found, mut started) = (String::new(), Vec::new());
     let bar = bar("optimise", names.len());
     for name in names {
         bar.set_message(name.text());
@@ -98,7 +98,9 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
             runs.push(run_method(name, *method)?);
         }
         if name.has_ends() && options.starts > 0 {
-            found += &starts::solved(name, options.starts)?;
+            let of_starts = starts::solved(name, options.starts)?;
+            found += &starts::sentence(&of_starts);
+            started.extend(of_starts);
         }
     }
     bar.finish_and_clear();
@@ -127,6 +129,9 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
     );
     files::write(&folder.join("optimise.md"), format!("# Optimal control\n\n{words}\n\n{}", table.markdown()))?;
     files::write_json(&folder.join("optimise.json"), &runs.iter().map(Run::record).collect::<Vec<_>>())?;
+    if options.starts > 0 {
+        files::write_json(&folder.join("optimise_starts.json"), &started)?;
+    }
     figures::draw(&runs, folder)?;
     figures::iterations(&runs, folder)?;
     figures::motions(&runs, folder)?;

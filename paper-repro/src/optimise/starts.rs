@@ -6,6 +6,8 @@ use std::time::Instant;
 use hamiltonian_adjoint::check::Random;
 use hamiltonian_adjoint::optimize::{Guess, MotionProblem, Options, Variables, silent, solve};
 
+use serde::Serialize;
+
 use super::problems::Name;
 use super::{Error, pose};
 use crate::statistics::median;
@@ -16,10 +18,19 @@ const LARGEST: f64 = 10.0;
 /// Relative difference of values that are the same.
 const ALIKE: f64 = 1e-3;
 
-/// A sentence about the outcomes from random starts; the first one is without controls.
-pub fn solved(name: Name, starts: usize) -> Result<String, Error> {
+/// The outcome from a start.
+#[derive(Serialize)]
+pub struct Started {
+    problem: String,
+    converged: bool,
+    value: f64,
+    milliseconds: f64,
+}
+
+/// The outcomes from random starts; the first one is without controls.
+pub fn solved(name: Name, starts: usize) -> Result<Vec<Started>, Error> {
     let (posed, options, mut random) = (pose(name)?, Options::default(), Random::new(1));
-    let (mut values, mut times) = (Vec::new(), Vec::new());
+    let mut all = Vec::new();
     for start in 0..starts {
         let mut inputs = posed.inputs.clone();
         inputs.controls.fill(0.0);
@@ -36,17 +47,39 @@ pub fn solved(name: Name, starts: usize) -> Result<String, Error> {
         posed.constraints.iter().for_each(|(output, to)| problem.constrain(*output, *to));
         let begin = Instant::now();
         let found = solve(&mut problem, Guess::Straight, &options, &mut silent)?.outcome;
-        times.push(1e3 * begin.elapsed().as_secs_f64());
-        if found.reason.is_converged() && found.violation <= options.violation {
-            values.push(found.value);
-        }
+        all.push(Started {
+            problem: name.text(),
+            converged: found.reason.is_converged() && found.violation <= options.violation,
+            value: found.value,
+            milliseconds: 1e3 * begin.elapsed().as_secs_f64(),
+        });
     }
+    Ok(all)
+}
+
+/// A sentence about the outcomes of one problem.
+pub fn sentence(all: &[Started]) -> String {
+    let values: Vec<f64> = all.iter().filter(|of| of.converged).map(|of| of.value).collect();
     let best = values.iter().copied().fold(f64::INFINITY, f64::min);
     let alike = values.iter().filter(|value| **value <= best + ALIKE * best.abs()).count();
-    Ok(format!(
-        " `{}`: {} of {starts} starts with random controls converge, {alike} of them to the best value {best:.6}; the median time is {:.0} ms.",
-        name.text(),
+    let times: Vec<f64> = all.iter().map(|of| of.milliseconds).collect();
+    format!(
+        " `{}`: {} of {} starts with random controls converge, {alike} of them to the best value {best:.6}; the median time is {:.0} ms.",
+        all.first().map_or("", |of| &of.problem),
         values.len(),
+        all.len(),
         median(&times)
-    ))
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn starts_that_do_not_converge_have_no_best_value() {
+        let of = |converged, value| Started { problem: "arm".into(), converged, value, milliseconds: 2.0 };
+        let text = sentence(&[of(true, 0.3), of(false, 0.1), of(true, 0.300_001)]);
+        assert!(text.contains("`arm`: 2 of 3 starts") && text.contains("2 of them to the best value 0.300000"), "{text}");
+    }
 }
