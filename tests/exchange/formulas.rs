@@ -17,7 +17,7 @@ fn assert_comes_back(scene: Scene) -> String {
         let controls = DMatrix::from_fn(system.k(), 13, |k, i| 0.3 + 0.1 * k as f64 - 0.05 * i as f64);
         Inputs { controls, ..Inputs::at_rest(system, Grid::uniform(12, 0.01)) }
     };
-    assert!(files::assert_comes_back("a scene of formulas", &scene, &inputs));
+    assert_eq!(files::compared("a scene of formulas", &scene, &inputs), files::Copied::Same);
     let file = scene.to_json().expect("a file");
     let read = SceneFile::from_json(&file).and_then(SceneFile::complete).expect("everything");
     assert_eq!(read.to_json().expect("a file"), file, "it is written as it was read");

@@ -220,7 +220,7 @@ fn assert_same(scene: Scene, change: impl Fn(&Scene, &mut Inputs)) {
         inputs
     };
     copied(&scene);
-    assert!(files::assert_comes_back("a scene in space", &scene, &inputs));
+    assert_eq!(files::compared("a scene in space", &scene, &inputs), files::Copied::Same);
     let system = scene.clone().compile().expect("a system");
     assert!(simulate(&system, &inputs(&scene, &system), Settings::default()).expect("a motion").q.amax() > 0.0);
 }

@@ -86,7 +86,7 @@ fn run(scene: Scene, inputs: impl Fn(&mut Inputs)) -> Result<Gradient, Error> {
         start: Inputs::at_rest(system, hamiltonian_adjoint::Grid::uniform(1, 0.05)).start,
         ..all(system)
     };
-    files::assert_comes_back("a formula and what follows from it", &scene, &|_, system| at_rest(system));
+    files::compared("a formula and what follows from it", &scene, &|_, system| at_rest(system));
     let system = scene.compile()?;
     gradient(&system, &all(&system), Settings::default())
 }
