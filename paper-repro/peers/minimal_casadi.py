@@ -2,8 +2,8 @@
 
 import casadi as ca
 
-from casadi_tools import compiled, has_compiler, report
-from common import (CART_MASS, FORCE, GRAVITY, HALF_LENGTH, HALF_STEP as h, HINGE_FRICTION, LINK_INERTIA, LINK_MASS, LINKS,
+from casadi_tools import chain, compiled, has_compiler, report
+from common import (CART_MASS, FORCE, HALF_LENGTH, HALF_STEP as h, HINGE_FRICTION, LINK_INERTIA, LINK_MASS, LINKS,
                     RAIL_FRICTION, START_ANGLE, STEPS, TARGET_ANGLE)
 from minimal_reference import reference
 
@@ -13,15 +13,7 @@ SCHEME = "minimal, trapezoidal on (q, p)"
 
 def lagrangian(q, v):
     """T - V."""
-    energy = 0.5 * CART_MASS * v[0] ** 2
-    velocity, height = ca.vertcat(v[0], 0.0), 0.0
-    for link in range(1, n):
-        along = HALF_LENGTH * ca.vertcat(-ca.sin(q[link]), ca.cos(q[link])) * v[link]
-        centre = velocity + along
-        energy += 0.5 * LINK_MASS * ca.dot(centre, centre) + 0.5 * LINK_INERTIA * v[link] ** 2
-        energy -= LINK_MASS * GRAVITY * (height + HALF_LENGTH * ca.sin(q[link]))
-        velocity, height = velocity + 2 * along, height + 2 * HALF_LENGTH * ca.sin(q[link])
-    return energy
+    return chain(q, v, [(LINK_MASS, HALF_LENGTH, LINK_INERTIA)] * LINKS, CART_MASS)
 
 
 def step_function(rootfinder, options):

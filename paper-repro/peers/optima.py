@@ -19,26 +19,13 @@ from pathlib import Path
 import casadi as ca
 import numpy as np
 
+from casadi_tools import chain
 from common import (CART_MASS, GRAVITY, HALF_LENGTH, HINGE_FRICTION, LINK_INERTIA, LINK_MASS, LINKS, RAIL_FRICTION, START_ANGLE, TARGET_ANGLE,
                     versions)
 
 ARM = [(0.5, 2.0), (0.5, 1.5), (0.4, 1.0)]  # lengths in m, masses in kg
 CENTRE, INERTIA = (0.0688, -0.9542), 0.0391  # of the pendulum on the rail
 ALIKE = 1e-3
-
-
-def chain(q, v, links, cart=0.0):
-    """T - V of rods (mass, half length, moment of inertia) in absolute angles, on a cart if it has a mass; the cart's place is q[0]."""
-    first = 1 if cart else 0
-    energy = 0.5 * cart * v[0] ** 2
-    velocity, height = ca.vertcat(v[0] if cart else 0.0, 0.0), 0.0
-    for k, (mass, half, inertia) in enumerate(links, first):
-        along = half * ca.vertcat(-ca.sin(q[k]), ca.cos(q[k])) * v[k]
-        centre = velocity + along
-        energy += 0.5 * mass * ca.dot(centre, centre) + 0.5 * inertia * v[k] ** 2
-        energy -= mass * GRAVITY * (height + half * ca.sin(q[k]))
-        velocity, height = velocity + 2 * along, height + 2 * half * ca.sin(q[k])
-    return energy
 
 
 def cart(q, v, u):
