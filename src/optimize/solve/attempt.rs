@@ -27,7 +27,7 @@ const LAST: usize = ROUNDS - 1;
 /// The largest number of iterations in a round.
 const MOST_JOINED: usize = 50;
 
-/// What to do if no feasible motion is found near the start.
+/// Whether an attempt goes on when the search for a feasible motion near its start has failed.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Haste {
     /// Minimise from the start.

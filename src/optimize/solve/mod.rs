@@ -142,7 +142,7 @@ fn from_start(
         if is_solved(&outcome, options) || outcome.is_interrupted() {
             return Ok(Solved { outcome, attempts });
         }
-        if first > 0 && attempts.len() == FEW {
+        if haste == Haste::Brief && attempts.len() == FEW {
             return Ok(Solved { outcome, attempts });
         }
         problem.settle_at(&start);

@@ -55,7 +55,7 @@ pub(super) fn feasible(
     run(problem, (start, FIRST_MU), Cost::Distance, options, watch)
 }
 
-/// What is minimised.
+/// The function that the method minimises.
 #[derive(Clone, Copy)]
 enum Cost {
     /// The cost of the problem.

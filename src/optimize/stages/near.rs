@@ -12,7 +12,7 @@ const OF_WHOLE: f64 = 100.0;
 
 /// The problem with the constraints of another one and the cost ½ Σ (v − v̄)ᵀ W (v − v̄), where W weights variables, not copies of them.
 ///
-/// Only quantities of the whole motion keep their bounds: far from feasible points, controls run into theirs, where steps become short.
+/// Only fixed variables and quantities of the whole motion keep their bounds: far from feasible points, controls run into theirs, where steps become short.
 pub(super) struct Near<'p> {
     of: &'p mut dyn Staged,
     shape: Shape,
@@ -30,12 +30,13 @@ impl<'p> Near<'p> {
         let mut weights = shape.shifted.clone();
         let count = weights.iter().map(|of| of.sum()).sum::<f64>();
         weights.iter_mut().for_each(|of| *of /= count);
-        let mut bounds: Vec<_> = shape.bounds.iter().map(|of| vec![Interval::FREE; of.len()]).collect();
-        for &i in &shape.of_whole {
-            weights[0][i] = OF_WHOLE;
-            bounds[0][i] = shape.bounds[0][i];
+        let whole = shape.of_whole.clone();
+        whole.iter().for_each(|&i| weights[0][i] = OF_WHOLE);
+        for (k, bounds) in shape.bounds.iter_mut().enumerate() {
+            let is_kept = |i: usize, of: &Interval| of.is_equality() || k == 0 && whole.contains(&i);
+            let dropped = bounds.iter_mut().enumerate().filter(|(i, of)| !is_kept(*i, of));
+            dropped.for_each(|(_, of)| *of = Interval::FREE);
         }
-        shape.bounds = bounds;
         Near { of, shape, centre: centre.to_vec(), weights, difference: Vec::new() }
     }
 }
