@@ -61,7 +61,7 @@ const SOLVE: Method = ("solve", |problem, _, options, watch| {
     let Solved { outcome, .. } = solve(problem, Guess::Straight, options, watch)?;
     Ok(outcome)
 });
-/// The same from several starts.
+/// In segments, from 40 random starts.
 const SEARCH: Method = ("solve, 40 starts", |problem, _, options, watch| {
     let Solved { outcome, .. } = solve(problem, Guess::Straight.starts(40), options, watch)?;
     Ok(outcome)

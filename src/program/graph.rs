@@ -195,7 +195,7 @@ impl Graph {
     }
 
     pub(crate) fn constant(&mut self, x: f64) -> Node {
-        // What is not a number has one form.
+        // All NaN are one constant, whatever their bits.
         let x = if x.is_nan() { f64::NAN } else { x };
         self.put(Expression::Constant(if self.is_loose { x + 0.0 } else { x }.to_bits()))
     }

@@ -27,7 +27,7 @@ pub enum Name {
     Rail,
     /// Three links with motors from hanging to rest upright in 1.5 s, least effort
     Arm,
-    /// The same with limits of the elbow and of the tip at all of 201 nodes
+    /// Three links as in `arm`, with limits of the elbow and of the tip at all of 201 nodes
     ArmLimits,
     /// A driven crank and rocker: periodic motion with one turn in 1 s and the least effort
     Periodic,
