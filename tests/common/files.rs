@@ -10,21 +10,14 @@ pub enum Copied {
     LeftOut,
     /// Equal results, to the last bit and with the signs of zeros.
     Same,
-    /// Results that differ by rounding.
-    Rounded,
     /// Both scenes fail with the same kind of error.
     Failed,
 }
 
-/// Largest difference between the numbers of two outcomes that are not the same to the last bit, relative to the largest number in the same list.
-const ROUNDING: f64 = 1e-9;
-
-/// Compares a scene with the one from its file: names of outputs, motion, J, outputs and all derivatives. Fails if they differ by more than rounding.
+/// Compares a scene with the one from its file: names of outputs, motion, J, outputs and all derivatives. Fails unless they are the same to the last
+/// bit, with the signs of zeros, or unless both scenes fail alike.
 ///
-/// Results are the same to the last bit, with the signs of zeros, if the unknowns are eliminated in the same order. The order depends on values of the
-/// formulas as they were written by the user, and a file contains them as they were simplified; so a few results differ by rounding.
-/// `cargo test --all-features -- --nocapture | grep -c "is the same from its file"` counts the scenes that are the same to the last bit, and
-/// `"differs by rounding from its file"` the others.
+/// `cargo test --all-features -- --nocapture | grep -c "is the same from its file"` counts the scenes.
 #[cfg(feature = "files")]
 pub fn compared(name: &str, scene: &Scene, inputs: &dyn Fn(&Scene, &System) -> Inputs) -> Copied {
     use hamiltonian_adjoint::{Error, SceneFile, Settings, Solver};
@@ -60,23 +53,6 @@ pub fn compared(name: &str, scene: &Scene, inputs: &dyn Fn(&Scene, &System) -> I
         [was, is] if format!("{was:?}") == format!("{is:?}") => {
             println!("{name} is the same from its file");
             Copied::Same
-        }
-        [Ok(was), Ok(is)] => {
-            assert_eq!(was.0, is.0, "{name}");
-            let [was, is] = [was, is].map(|(_, motion, gradient, outputs, jacobian)| {
-                let mut lists = vec![motion.q.iter().copied().collect::<Vec<_>>(), outputs.iter().copied().collect()];
-                for gradient in std::iter::once(&gradient).chain(&jacobian) {
-                    lists.extend([gradient.controls.as_slice().to_vec(), gradient.design.as_slice().to_vec()]);
-                }
-                lists
-            });
-            for (was, is) in was.iter().zip(&is) {
-                let size = was.iter().fold(0.0f64, |size, x| size.max(x.abs()));
-                let is_near = |(a, b): (&f64, &f64)| a == b || (a - b).abs() <= ROUNDING * size;
-                assert!(was.len() == is.len() && was.iter().zip(is).all(is_near), "{name}: {was:?}\n{is:?}\n{json}");
-            }
-            println!("{name} differs by rounding from its file");
-            Copied::Rounded
         }
         [was, is] => panic!("{name}: {was:?}\n{is:?}\n{json}"),
     }

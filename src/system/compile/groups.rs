@@ -19,9 +19,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::ops::Range;
 
 use crate::linear::{Branch, Group, equilibrate};
-use crate::number::guarded;
-use crate::system::formula::{Batches, Block, Element, ElementKind, Entry, NodeView, RelativeEntry};
-use crate::system::rounding_rows::clear_rounding_rows;
+use crate::system::formula::{Block, Element, ElementKind, Entry, RelativeEntry};
 
 /// A constraint: its equations and the blocks of coordinates that it touches.
 struct Joint {
@@ -239,17 +237,4 @@ fn restricted(phi_q: &[Vec<Entry>], rows: &[usize], block: &Range<usize>) -> DMa
         }
     }
     matrix
-}
-
-/// Φ_q by rows; those that vanish up to rounding are zero.
-pub(super) fn jacobian(batches: &Batches, (n, m): (usize, usize), at: &NodeView<f64>) -> Vec<Vec<Entry>> {
-    let mut entries = Vec::new();
-    for batch in &batches.0 {
-        // Missing rows are not owned by any body.
-        guarded(|| batch.items.iter().for_each(|item| item.phi_q(at, &mut entries)));
-    }
-    clear_rounding_rows(&mut entries, (n, m));
-    let mut rows = vec![Vec::new(); m];
-    entries.into_iter().for_each(|e: Entry| rows[e.row].push(e));
-    rows
 }

@@ -8,7 +8,8 @@ use super::groups::{self, Groups};
 use super::postponed;
 use crate::linear::{Pattern, Symbolic};
 use crate::number::guarded;
-use crate::system::formula::{Batches, BlockEntry, Element, ElementKind, Entry, Layout, NodeView, RelativeEntry};
+use crate::system::formula::{Batches, Block, BlockEntry, Element, ElementKind, Entry, Layout, NodeView, RelativeEntry};
+use crate::system::rounding_rows::clear_rounding_rows;
 use crate::system::tangent::{Assembly, Constants, Formulas, Places, Sines, Workspace};
 
 impl Formulas {
@@ -54,9 +55,9 @@ pub(in crate::system) fn analyse(
     constants(elements, at.design, &mut values);
     let moved: Vec<f64> = (1..).zip(at.q).map(|(i, q)| q + 0.3 + 0.4 * f64::from(i).sin()).collect();
     let points = [*at, NodeView { q: &moved, ..*at }];
-    let phi_q = points.map(|at| groups::jacobian(batches, (n, m), &at));
+    let phi_q = points.map(|at| phi_q(elements, batches, (n, m), &at));
     let mut inertia = vec![0.0; n];
-    mass(batches, at).iter().filter(|e| e.row == e.col).for_each(|e| inertia[e.row] += e.value);
+    mass(elements, batches, at).iter().filter(|e| e.row == e.col).for_each(|e| inertia[e.row] += e.value);
     // A coordinate without inertia has no pivot before other unknowns are eliminated, so it is not condensed. Its diagonal entry says that it is no
     // multiplier.
     for i in (0..n).filter(|i| inertia[*i] == 0.0) {
@@ -69,7 +70,7 @@ pub(in crate::system) fn analyse(
         entries.push((n + j, n + j));
         constant[n + j] = false;
     }
-    let masses = if inertia.contains(&0.0) { points.map(|at| mass(batches, &at)).to_vec() } else { Vec::new() };
+    let masses = if inertia.contains(&0.0) { points.map(|at| mass(elements, batches, &at)).to_vec() } else { Vec::new() };
     let matrices = masses.iter().zip(&phi_q).flat_map(|(mass, phi_q)| tangents(n, mass, phi_q, may_open));
     let mut pattern = Pattern { size: n + m, coordinates: n, entries, constant, groups };
     let symbolic = postponed::analyse(&mut pattern, &Vec::from_iter(matrices));
@@ -81,15 +82,34 @@ pub(in crate::system) fn analyse(
     Analysis { symbolic, sines, loop_equations, has_still_loops }
 }
 
-/// The entries of M; NaN for elements that are not defined.
-fn mass(batches: &Batches, at: &NodeView<f64>) -> Vec<Entry> {
+/// The entries of M; NaN for elements that are not defined. As those of Φ_q, they are computed by the programs, so that scenes with equal programs
+/// have equal patterns.
+fn mass(elements: &[Element], batches: &Batches, at: &NodeView<f64>) -> Vec<Entry> {
     let mut entries = Vec::new();
-    for item in batches.of_kind(ElementKind::Kinetic).flat_map(|batch| &batch.items) {
-        if guarded(|| item.mass(at, &mut entries)).is_none() {
-            entries.extend(item.to.q.iter().map(|&i| Entry { row: i, col: i, value: f64::NAN }));
+    for element in elements.iter().filter(|element| element.kind() == ElementKind::Kinetic) {
+        if let Some(mass) = element.block(Block::Vv, at) {
+            entries.extend(mass);
+        } else if guarded(|| batches.item(element.place).mass(at, &mut entries)).is_none() {
+            entries.extend(element.to.q.iter().map(|&i| Entry { row: i, col: i, value: f64::NAN }));
         }
     }
     entries
+}
+
+/// Φ_q by rows; those that vanish up to rounding are zero.
+fn phi_q(elements: &[Element], batches: &Batches, (n, m): (usize, usize), at: &NodeView<f64>) -> Vec<Vec<Entry>> {
+    let mut entries = Vec::new();
+    for element in elements.iter().filter(|element| element.kind() == ElementKind::Holonomic) {
+        match element.block(Block::PhiQ, at) {
+            Some(phi_q) => entries.extend(phi_q),
+            // Missing rows are not owned by any body.
+            None => _ = guarded(|| batches.item(element.place).phi_q(at, &mut entries)),
+        }
+    }
+    clear_rounding_rows(&mut entries, (n, m));
+    let mut rows = vec![Vec::new(); m];
+    entries.into_iter().for_each(|e: Entry| rows[e.row].push(e));
+    rows
 }
 
 /// K(0) with all constraints, and without all or all but one of those that may open.

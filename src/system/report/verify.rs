@@ -54,12 +54,9 @@ impl PlacedElement {
 
         let all = BlockEntry::all(formula.kind, shape.n, shape.m);
         let mut program = vec![0.0; dual.len()];
-        let (components, entries) = kernels.at_state(&parameters, input);
+        let (components, _) = kernels.at_state(&parameters, input);
         let fixed = kernels.fixed.evaluate(&parameters, input);
-        let fixed_parts = formula.fixed.iter().zip(&fixed).map(|(entry, value)| (*entry, *value));
-        let varying = formula.varying.iter().zip(&entries);
-        let parts = varying.flat_map(|(entry, value)| entry.signed_parts().map(move |(sign, part)| (part, sign * value)));
-        for (entry, value) in fixed_parts.chain(parts) {
+        for (entry, value) in element.second_derivatives(&parameters, input).into_iter().flatten() {
             for (k, place) in all.iter().enumerate().filter(|(_, place)| place.block == entry.block) {
                 let here = (place.row, place.col) == (entry.row, entry.col);
                 let there = entry.mirrored && (place.col, place.row) == (entry.row, entry.col);

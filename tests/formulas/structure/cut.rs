@@ -205,9 +205,7 @@ fn outcome(cut: &Cut, kind: &str, with_programs: bool) -> Result<[Gradient; 2], 
     }
     s.cost("squares", Squares, Sum::Trapezoidal, [x, y, z], [], [], []);
     if with_programs {
-        let copied =
-            files::compared("a branch that is cut off", &s, &|_, system| Inputs::at_rest(system, Grid::uniform(3, 0.01)));
-        assert_ne!(copied, files::Copied::Rounded, "{kind}");
+        files::compared("a branch that is cut off", &s, &|_, system| Inputs::at_rest(system, Grid::uniform(3, 0.01)));
     }
     let system = if with_programs { s.compile() } else { s.compile_without_programs() }?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(3, 0.01));

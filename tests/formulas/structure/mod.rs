@@ -81,12 +81,7 @@ fn run(scene: Scene, inputs: impl Fn(&mut Inputs)) -> Result<Gradient, Error> {
         inputs(&mut all);
         all
     };
-    // From rest: velocities that follow from momenta are computed from the formulas themselves, which are simplified in files.
-    let at_rest = |system: &System| Inputs {
-        start: Inputs::at_rest(system, hamiltonian_adjoint::Grid::uniform(1, 0.05)).start,
-        ..all(system)
-    };
-    files::compared("a formula and what follows from it", &scene, &|_, system| at_rest(system));
+    files::compared("a formula and what follows from it", &scene, &|_, system| all(system));
     let system = scene.compile()?;
     gradient(&system, &all(&system), Settings::default())
 }
