@@ -56,6 +56,7 @@ mod solve;
 mod spline;
 mod stages;
 mod trials;
+mod trust_region;
 mod variables;
 
 pub use augmented_lagrangian::augmented_lagrangian;

@@ -3,8 +3,9 @@
 use hamiltonian_adjoint::optimize::{
     Free, Guess, Interval, Iterate, MotionProblem, Options, Problem, Reason, Variables, interior_point, silent, solve,
 };
+use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum};
+use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Sum};
 use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
@@ -48,6 +49,41 @@ fn three_links_come_to_rest_as_a_single_motion() {
         problem.gradient(1.0, &found.multipliers, &mut gradient).expect("a gradient");
         let largest = gradient.iter().fold(0.0f64, |most, g| most.max(g.abs()));
         assert!(largest < 1e-4, "{largest:.1e}");
+    }
+}
+
+/// Two links of 1 m and 1 kg with a motor of at most 20 N m between them, which swings them up to rest in 3 s.
+fn acrobot(torque: f64) -> MotionProblem {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let [upper, lower] =
+        [("upper", -0.5), ("lower", -1.5)].map(|(name, y)| scene.body(name, 1.0, 1.0 / 12.0, [0.0, y, -FRAC_PI_2]));
+    scene.revolute("shoulder", Body::GROUND.at(0.0, 0.0), upper.at(-0.5, 0.0));
+    scene.revolute("elbow", upper.at(0.5, 0.0), lower.at(-0.5, 0.0));
+    let motor = scene.control("torque");
+    scene.torque_actuator("motor", upper, lower, motor);
+    scene.effort("effort", motor, 1.0);
+    let ends = [upper, lower].map(|link| scene.end_state(link.coordinates[2]));
+    let system = scene.compile().expect("a system");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.03));
+    inputs.set_control(motor, |t| torque * (PI * t).sin());
+    let variables = Variables::new(&system, &inputs, vec![Free::control(motor).within(-20.0, 20.0)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    for end in ends {
+        problem.constrain(end.position, Interval::equal(FRAC_PI_2));
+        problem.constrain(end.rate, Interval::ZERO);
+    }
+    problem
+}
+
+#[test]
+fn an_acrobot_swings_up() {
+    // Steps along lines jam at the bounds of the torque here; those within a trust region do not.
+    for torque in [0.0, 1.0, -3.0] {
+        let solved = solve(&mut acrobot(torque), Guess::Straight, &OPTIONS, &mut silent).expect("fits");
+        println!("{solved}");
+        assert!(solved.outcome.reason == Reason::Stationary && solved.outcome.violation < 1e-8, "{solved}");
+        assert!(solved.attempts.len() <= 2 && solved.outcome.value < 80.0, "{solved}");
     }
 }
 

@@ -12,10 +12,10 @@ use super::super::barrier::{Barrier, INSIDE};
 use super::super::counted::Counted;
 use super::super::norm::{magnitude, norm};
 use super::super::problem::Interval;
+use super::super::trust_region::{Model, Region};
 use super::super::{Iterate, Options};
 use super::ROUNDING;
-use super::step::{Model, Projection, product};
-
+use super::projection::Projection;
 use crate::Error;
 use crate::number::largest;
 use trial::Trial;
@@ -25,10 +25,6 @@ const LESS: f64 = 0.2;
 const SOLVED: f64 = 10.0;
 /// The first μ relative to the forces on the variables: with a smaller μ, slacks would be at their bounds before constraints hold.
 const FIRST: f64 = 1.0;
-/// Steps are accepted if φ decreases by at least this fraction of the prediction.
-const ACCEPTED: f64 = 1e-8;
-/// Length of the shortest step that is tried, in scaled variables.
-const LEAST: f64 = 1e-13;
 /// A step that reduces the violation by less than this fraction makes no progress towards the constraints.
 const STUCK: f64 = 1e-9;
 /// If a start moved inside its bounds has no value, it is moved by this fraction of the distance, down to `LEAST_INSIDE`.
@@ -64,7 +60,7 @@ pub(super) struct Method {
     projection: Rc<Projection>,
     /// The multipliers of C.
     multipliers: DVector<f64>,
-    penalty: f64,
+    pub(super) region: Region,
     /// The first μ, and the largest |C| so far.
     first_mu: f64,
     farthest: f64,
@@ -118,7 +114,7 @@ impl Method {
             scales: DVector::zeros(len),
             projection: Rc::new(Projection::new(&DMatrix::zeros(0, len), &[])),
             multipliers: DVector::zeros(m),
-            penalty: 0.0,
+            region: Region { radius: 0.0, penalty: 0.0 },
             first_mu: 0.0,
             farthest: 0.0,
             steepest: 0.0,
@@ -220,16 +216,6 @@ impl Method {
         self.multipliers = self.projection.multipliers(&self.scaled_gradient());
     }
 
-    /// Sets a penalty that exceeds the multipliers; without multipliers any positive penalty suffices.
-    fn penalise(&mut self) {
-        let least = norm(self.multipliers.as_slice());
-        if least > 0.0 && !(1.1 * least..=10.0 * least).contains(&self.penalty) {
-            self.penalty = 2.0 * least;
-        } else if self.penalty == 0.0 {
-            self.penalty = 1.0;
-        }
-    }
-
     /// The multipliers of all constraints of the problem.
     pub(super) fn all_multipliers(&self, problem: &Counted) -> Vec<f64> {
         let mut all = vec![0.0; problem.c.len()];
@@ -262,48 +248,44 @@ impl Method {
     }
 
     /// Tries steps within shrinking radii. Returns the largest change, and true if no decrease was predicted; `None` if no step is accepted.
-    pub(super) fn advance(&mut self, problem: &mut Counted, radius: &mut f64) -> Result<Option<(f64, bool)>, Error> {
+    pub(super) fn advance(&mut self, problem: &mut Counted) -> Result<Option<(f64, bool)>, Error> {
         let (scales, mut gradient, projection) = (self.scales.clone(), self.scaled_gradient(), Rc::clone(&self.projection));
         let unit = magnitude(gradient.amax());
         gradient /= unit;
         let curvature = self.barrier.curvature(self.y.as_slice());
         self.prepare_products(problem)?;
-        self.penalise();
+        self.region.exceed(norm(self.multipliers.as_slice()));
         let (y, c) = (self.y.clone(), self.c.clone());
         let barrier = self.barrier.clone();
         let model = Model {
             unit,
             gradient: &gradient,
             c: &c,
-            projection: &projection,
+            constraints: &*projection,
             barrier: &barrier,
             y: &y,
             scales: &scales,
             steepest: self.steepest,
         };
-        let (mut step, known) = model.step(*radius, &mut |p| Ok(product(problem, p, &scales, &curvature)? / unit))?;
+        let (mut step, known) =
+            model.step(self.region.radius, &mut |p| Ok(product(problem, p, &scales, &curvature)? / unit))?;
         self.steepest = self.steepest.max(known.reduced);
-        while step.length > LEAST && !problem.is_stopped() {
-            let foreseen = self.weigh(&step);
+        while Region::tries(&step) && !problem.is_stopped() {
+            let foreseen = self.region.foresee(&step);
             let here = self.merit(self.value, &self.y, &self.c);
             let (next, mut ratio) = self.better_trial(problem, &step, &projection, &scales, (here, foreseen));
-            if ratio >= ACCEPTED
+            if Region::accepts(ratio)
                 && let Some(derivatives) = self.derivatives_at(problem, &next.y)
             {
-                *radius = match ratio {
-                    _ if ratio >= 0.9 => radius.max(3.0 * step.length),
-                    _ if ratio >= 0.3 => radius.max(2.0 * step.length),
-                    _ => *radius,
-                };
+                self.region.grow(ratio, step.length);
                 let is_idle = foreseen <= ROUNDING * here.abs() && step.closer <= STUCK * self.c.norm();
                 return Ok(Some((self.take(problem, next, derivatives), is_idle)));
             }
-            if ratio >= ACCEPTED {
+            if Region::accepts(ratio) {
                 ratio = f64::NEG_INFINITY;
             }
-            let shorter = if ratio.is_finite() { (0.5 / (1.0 - ratio)).clamp(0.1, 0.5) } else { 0.1 };
-            *radius = shorter * step.length.min(*radius);
-            step = model.shorter(*radius, &known);
+            self.region.shrink(ratio, step.length);
+            step = model.shorter(self.region.radius, &known);
         }
         Ok(None)
     }
@@ -338,4 +320,19 @@ fn slope(problem: &mut Counted) -> Result<Vec<f64>, Error> {
     let mut gradient = vec![0.0; problem.bounds.len()];
     problem.gradient(1.0, &vec![0.0; problem.c.len()], &mut gradient)?;
     Ok(gradient)
+}
+
+/// D (H + Σ) D p.
+pub(super) fn product(
+    problem: &mut Counted,
+    p: &DVector<f64>,
+    scales: &DVector<f64>,
+    curvature: &[f64],
+) -> Result<DVector<f64>, Error> {
+    let (n, d) = (problem.bounds.len(), p.component_mul(scales));
+    let mut result = DVector::zeros(d.len());
+    problem.product(&d.as_slice()[..n], &mut result.as_mut_slice()[..n])?;
+    let terms = result.iter_mut().zip(&d).zip(curvature.iter().zip(scales));
+    terms.for_each(|((x, d), (curvature, scale))| *x = (*x + curvature * d) * scale);
+    Ok(result)
 }

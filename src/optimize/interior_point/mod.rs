@@ -5,12 +5,12 @@
 //!   min f(x) − μ Σ ln(distances of y = (x, s) from bounds)      C(y) = 0: equalities c = l_c, and c − s = 0 of inequalities
 //! ```
 //!
-//! for decreasing μ ([`method`]); steps ([`step`]) are judged at the points to which they lead. If violations do not decrease, they alone are
+//! for decreasing μ ([`method`]); steps ([`trust_region`](super::trust_region)) are judged at the points to which they lead. If violations do not decrease, they alone are
 //! minimised ([`feasibility`]).
 
 mod feasibility;
 mod method;
-mod step;
+mod projection;
 
 use super::counted::{Counted, Found, solve};
 use super::outcome::largest_change;
@@ -62,7 +62,8 @@ fn iterate(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Reason, Error> {
-    let (mut radius, mut allowed, unit) = (method.first_radius(options), options.violation, method.barrier.unit);
+    let (mut allowed, unit) = (options.violation, method.barrier.unit);
+    method.region.radius = method.first_radius(options);
     loop {
         let last = iterations.last();
         if watch(&last, method.x().as_slice()).is_break() {
@@ -88,7 +89,7 @@ fn iterate(
         }
         method.lower_barrier(method.small_mu(asked).max(f64::MIN_POSITIVE));
         let ends = iterations.idle >= MOST_IDLE || !feasible && iterations.is_slow();
-        match if ends { None } else { method.advance(counted, &mut radius)? } {
+        match if ends { None } else { method.advance(counted)? } {
             Some((length, is_idle)) => iterations.go(method.iterate(counted, length), is_idle),
             None if counted.is_stopped() => return Ok(Reason::Interrupted),
             None if feasible => return last_reason(method, counted, iterations, (asked, options.violation)),
@@ -100,7 +101,7 @@ fn iterate(
                 let (end, is_least) = feasibility::approach(counted, &x, &left)?;
                 let step = largest_change(&end, &x);
                 *method = Method::at(counted, &method.start, end, allowed)?;
-                radius = method.first_radius(options);
+                method.region.radius = method.first_radius(options);
                 iterations.begin_again(method.iterate(counted, step));
                 if is_least {
                     let x = method.x();

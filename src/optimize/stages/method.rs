@@ -64,34 +64,43 @@ impl<'p> Method<'p> {
         let all = shape.rows.iter().enumerate();
         let places = all.flat_map(|(stage, rows)| (0..rows.len()).map(move |row| Place { stage, row }));
         let inequalities: Vec<Place> = places.filter(|at| !shape.rows[at.stage][at.row].is_equality()).collect();
-        let of_rows = inequalities.iter().map(|at| shape.rows[at.stage][at.row]);
-        let bounds: Vec<Interval> = shape.bounds.iter().flatten().copied().chain(of_rows).collect();
-        let mut y: Vec<f64> = v.iter().flat_map(|v| v.iter().copied()).collect();
-        y.iter_mut().zip(&bounds).for_each(|(y, of)| *y = of.nearest(*y));
-        let mut barrier = Barrier::of(bounds);
-        barrier.unit = y.iter().fold(1.0f64, |most, x| most.max(x.abs()));
-        barrier.move_variables(&mut y, INSIDE.min(mu));
         let multipliers = Multipliers::zeros(shape);
-        let values = Values { cost: f64::INFINITY, next: Vec::new(), rows: Vec::new() };
-        let linear = Vec::new();
         let mut method = Method {
             problem,
             first,
             equalities,
             inequalities,
-            y,
-            values,
-            linear,
+            y: Vec::new(),
+            values: Values { cost: f64::INFINITY, next: Vec::new(), rows: Vec::new() },
+            linear: Vec::new(),
             multipliers,
-            barrier,
+            barrier: Barrier::of(Vec::new()),
             scale: 1.0,
             shift: 0.0,
         };
-        method.begin()?;
-        if method.barrier.is_there() {
-            method.barrier.set(mu, &method.y);
-        }
+        method.restart(v, mu)?;
         Ok(method)
+    }
+
+    /// Begins again at a point, which is moved inside its bounds, with this μ.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub(super) fn restart(&mut self, v: &[DVector<f64>], mu: f64) -> Result<(), Error> {
+        let shape = self.problem.shape();
+        let of_rows = self.inequalities.iter().map(|at| shape.rows[at.stage][at.row]);
+        let bounds: Vec<Interval> = shape.bounds.iter().flatten().copied().chain(of_rows).collect();
+        let mut y: Vec<f64> = v.iter().flat_map(|v| v.iter().copied()).collect();
+        y.iter_mut().zip(&bounds).for_each(|(y, of)| *y = of.nearest(*y));
+        self.barrier = Barrier::of(bounds);
+        self.barrier.unit = y.iter().fold(1.0f64, |most, x| most.max(x.abs()));
+        self.barrier.move_variables(&mut y, INSIDE.min(mu));
+        (self.y, self.scale, self.shift) = (y, 1.0, 0.0);
+        self.begin()?;
+        if self.barrier.is_there() {
+            self.barrier.set(mu, &self.y);
+        }
+        Ok(())
     }
 
     /// Computes values, slacks, derivatives and the factor of the cost at the start.
@@ -128,6 +137,24 @@ impl<'p> Method<'p> {
     /// True if the bounds of a variable are equal.
     pub(super) fn is_held(&self, stage: usize, i: usize) -> bool {
         self.barrier.bounds[self.first[stage] + i].is_equality()
+    }
+
+    /// The linear changes of the residuals for a change d of y.
+    pub(super) fn changes(&self, d: &[f64]) -> Residuals {
+        let states = self.problem.shape().states;
+        let (mut defects, mut rows) = (Vec::new(), Vec::new());
+        for (k, of) in self.linear.iter().enumerate() {
+            let own = DVector::from_column_slice(&d[self.first[k]..self.first[k + 1]]);
+            if of.dynamics.nrows() > 0 {
+                let next = &d[self.first[k + 1]..][..states];
+                defects.push(&of.dynamics * &own - DVector::from_column_slice(next));
+            }
+            rows.push(&of.rows * &own);
+        }
+        for (i, at) in self.inequalities.iter().enumerate() {
+            rows[at.stage][at.row] -= d[self.slack(i)];
+        }
+        Residuals { defects, rows }
     }
 
     /// F_k − s_{k+1}, and c less its value or its slack.
@@ -172,8 +199,8 @@ impl<'p> Method<'p> {
     }
 
     /// Adds the derivatives of the constraints times their multipliers. Entries that cannot move become zero.
-    pub(super) fn add_constraints(&self, gradient: &mut [f64]) {
-        let (shape, Multipliers { costates, rows }) = (self.problem.shape(), &self.multipliers);
+    pub(super) fn add_constraints(&self, Multipliers { costates, rows }: &Multipliers, gradient: &mut [f64]) {
+        let shape = self.problem.shape();
         for (k, of) in self.linear.iter().enumerate() {
             let mut here = of.rows.tr_mul(&rows[k]);
             if let Some(costate) = costates.get(k) {
@@ -195,7 +222,7 @@ impl<'p> Method<'p> {
     pub(super) fn errors(&self, mu: f64) -> Errors {
         let mut gradient = self.gradient_of_cost();
         self.barrier.add_multipliers(&mut gradient);
-        self.add_constraints(&mut gradient);
+        self.add_constraints(&self.multipliers, &mut gradient);
         let (count, sum) = self.multipliers.all().fold((0, 0.0), |(count, sum), x| (count + 1, sum + x.abs()));
         let average = (sum + self.barrier.sum_of_multipliers()) / (count + 2 * self.y.len()).max(1) as f64;
         let largest = gradient.iter().fold(0.0f64, |most, g| most.max(g.abs()));

@@ -11,6 +11,8 @@ mod riccati;
 mod run;
 mod search;
 mod shooting;
+mod tangent_plane;
+mod trust_region;
 
 use super::multiple_shooting::MultipleShooting;
 use super::problem::{Problem, largest_violation};
@@ -107,7 +109,16 @@ fn run(
             }
         }
         Ok(mut method) => {
-            reason = run.iterate(&mut method)?;
+            reason = run.along_lines(&mut method)?;
+            if run.may_go_on(reason) {
+                if run.is_near() {
+                    v = method.v(&method.y);
+                }
+                match method.restart(&v, mu) {
+                    Ok(()) => reason = run.within_region(&mut method)?,
+                    Err(error) => run.fail(error),
+                }
+            }
             v = method.v(&method.y);
             multipliers = method.multipliers;
             multipliers.scale(1.0 / method.scale);

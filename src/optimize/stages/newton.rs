@@ -42,15 +42,27 @@ pub(super) struct Newton<'k> {
     pub shift: f64,
 }
 
+impl Kkt {
+    /// The factors without a shift; `None` if the inertia is not that of a minimum.
+    pub(super) fn factors(&self) -> Option<Newton<'_>> {
+        Some(Newton { kkt: self, factors: Factors::new(&self.blocks, &self.free, 0.0)?, shift: 0.0 })
+    }
+}
+
 impl Newton<'_> {
     /// The step for residuals of the constraints.
     pub(super) fn step(&self, method: &Method<'_>, residuals: &Residuals) -> Step {
         let mut gradient = method.gradient_of_value();
-        method.add_constraints(&mut gradient);
+        method.add_constraints(&method.multipliers, &mut gradient);
+        self.solve(method, &gradient, residuals)
+    }
+
+    /// The step for a gradient by y and residuals of the constraints.
+    pub(super) fn solve(&self, method: &Method<'_>, gradient: &[f64], residuals: &Residuals) -> Step {
         let residual = |i: usize| residuals.rows[method.inequalities[i].stage][method.inequalities[i].row];
         let curvature = |i: usize| self.kkt.curvature[method.slack(i)];
         let slopes = |i: usize| gradient[method.slack(i)] + curvature(i) * residual(i);
-        let mut sides = method.sides(&self.factors, &gradient, slopes);
+        let mut sides = method.sides(&self.factors, gradient, slopes);
         sides.residuals.defects.clone_from_slice(&residuals.defects);
         for (k, equalities) in method.equalities.iter().enumerate() {
             sides.residuals.rows[k].iter_mut().zip(equalities).for_each(|(e, &row)| *e = residuals.rows[k][row]);
@@ -74,7 +86,7 @@ impl Method<'_> {
         Ok(self.kkt_of(hessians, curvature))
     }
 
-    fn kkt_of(&self, hessians: Vec<DMatrix<f64>>, curvature: Vec<f64>) -> Kkt {
+    pub(super) fn kkt_of(&self, hessians: Vec<DMatrix<f64>>, curvature: Vec<f64>) -> Kkt {
         let shape = self.problem.shape();
         let mut blocks: Vec<Blocks> = Vec::with_capacity(hessians.len());
         for (k, (mut hessian, of)) in hessians.into_iter().zip(&self.linear).enumerate() {
@@ -128,7 +140,7 @@ impl Method<'_> {
         let Some(factors) = Factors::new(&kkt.blocks, &kkt.free, 0.0) else { return };
         let mut gradient = self.gradient_of_cost();
         self.barrier.add_multipliers(&mut gradient);
-        self.add_constraints(&mut gradient);
+        self.add_constraints(&self.multipliers, &mut gradient);
         let slope = |i: usize| gradient[self.slack(i)];
         let direction = factors.solve(&self.sides(&factors, &gradient, slope));
         let rows = self.all_rows(&direction, |i| slope(i) + self.change(&direction, i));

@@ -74,6 +74,11 @@ impl Multipliers {
         self.all().fold(0.0f64, |most, x| most.max(x.abs()))
     }
 
+    /// Sets all entries, in the order of [`all`](Self::all).
+    pub(super) fn set(&mut self, to: &[f64]) {
+        self.all_mut().zip(to).for_each(|(x, to)| *x = *to);
+    }
+
     /// Adds α times other multipliers.
     pub(super) fn add(&mut self, alpha: f64, other: &Multipliers) {
         self.all_mut().zip(other.all()).for_each(|(x, by)| *x += alpha * by);
@@ -92,8 +97,18 @@ pub(super) struct Residuals {
 }
 
 impl Residuals {
+    /// Residuals with the values of multipliers.
+    pub(super) fn of(Multipliers { costates, rows }: Multipliers) -> Self {
+        Residuals { defects: costates, rows }
+    }
+
     pub(super) fn all(&self) -> impl Iterator<Item = &f64> {
         self.defects.iter().chain(&self.rows).flat_map(|of| of.iter())
+    }
+
+    /// All residuals in one vector.
+    pub(super) fn flat(&self) -> DVector<f64> {
+        DVector::from_vec(self.all().copied().collect())
     }
 
     /// Multiplies by α and adds other residuals.

@@ -26,6 +26,11 @@ const FRACTION: f64 = 1.0 / 64.0;
 const MORE: f64 = 100.0;
 const LEAST_SHIFT: f64 = 1e-3;
 
+/// Violations that exceed this multiple of the first one, or that all exceed the smaller multiple of it for this number of iterations, are astray.
+const FAR: f64 = 1e3;
+const CLOSER: f64 = 1e-2;
+const PATIENCE: usize = 80;
+
 /// The state of a run apart from the point.
 pub(super) struct Run<'o, 'w> {
     options: &'o Options,
@@ -56,11 +61,34 @@ impl<'o, 'w> Run<'o, 'w> {
         matches!(self.first_failure, Some(Error::Interrupted { .. }))
     }
 
-    /// Iterates until there is a reason to stop.
+    /// True if the last iterate violates the constraints.
+    pub(super) fn is_violated(&self) -> bool {
+        self.history.last().is_some_and(|last| last.violation > self.options.violation)
+    }
+
+    /// True if violations have become large, or have remained so.
+    fn is_astray(&self) -> bool {
+        let violations = || self.history.iter().map(|of| of.violation);
+        let first = violations().next().unwrap_or(0.0).max(1.0);
+        let is_slow = self.history.len() > PATIENCE && violations().all(|of| of > CLOSER * first);
+        is_slow || violations().next_back().is_some_and(|last| last > FAR * first)
+    }
+
+    /// True if a run that ended for this reason goes on within a trust region.
+    pub(super) fn may_go_on(&self, reason: Reason) -> bool {
+        matches!(reason, Reason::NoLowerValue | Reason::NoDerivative) && self.history.len() <= self.options.iterations
+    }
+
+    /// True if the last iterate almost satisfies the constraints.
+    pub(super) fn is_near(&self) -> bool {
+        self.history.last().is_some_and(|last| last.violation <= CLOSER)
+    }
+
+    /// Iterates along lines until there is a reason to stop.
     ///
     /// # Errors
     /// A problem without second derivatives.
-    pub(super) fn iterate(&mut self, method: &mut Method<'_>) -> Result<Reason, Error> {
+    pub(super) fn along_lines(&mut self, method: &mut Method<'_>) -> Result<Reason, Error> {
         let mut filter = Filter::new(method.pair(&method.y, &method.values));
         let (mut is_estimated, mut moved) = (true, 0.0);
         loop {
@@ -69,6 +97,9 @@ impl<'o, 'w> Run<'o, 'w> {
             }
             if let Some(reason) = self.record(method, moved) {
                 return Ok(reason);
+            }
+            if self.is_astray() {
+                return Ok(Reason::NoLowerValue);
             }
             if self.lower_barrier(method) {
                 filter.clear();
@@ -92,7 +123,7 @@ impl<'o, 'w> Run<'o, 'w> {
     }
 
     /// Records the iterate; returns a reason to stop, if there is one.
-    fn record(&mut self, method: &Method<'_>, moved: f64) -> Option<Reason> {
+    pub(super) fn record(&mut self, method: &Method<'_>, moved: f64) -> Option<Reason> {
         let errors = method.errors(0.0);
         let at = Iterate {
             value: method.values.cost,
@@ -115,7 +146,7 @@ impl<'o, 'w> Run<'o, 'w> {
     }
 
     /// Reduces μ as far as errors allow; true if it changed.
-    fn lower_barrier(&self, method: &mut Method<'_>) -> bool {
+    pub(super) fn lower_barrier(&self, method: &mut Method<'_>) -> bool {
         let (least, before) = (self.options.stationarity * LAST_MU, method.barrier.mu);
         while method.barrier.mu > least {
             let mu = method.barrier.mu;
@@ -151,7 +182,7 @@ impl<'o, 'w> Run<'o, 'w> {
         trial(self, method, step, FRACTION).ok()
     }
 
-    fn without_derivatives(&mut self, error: Error) -> Result<Reason, Error> {
+    pub(super) fn without_derivatives(&mut self, error: Error) -> Result<Reason, Error> {
         if let Error::NoSecondDerivatives { .. } = error {
             return Err(error);
         }

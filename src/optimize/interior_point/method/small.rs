@@ -4,8 +4,7 @@ use nalgebra::DVector;
 
 use super::super::super::counted::Counted;
 use super::super::super::outcome::largest_change;
-use super::super::step::product;
-use super::Method;
+use super::{Method, product};
 use crate::Error;
 use crate::number::largest;
 

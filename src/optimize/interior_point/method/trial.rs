@@ -7,16 +7,10 @@ use nalgebra::DVector;
 
 use super::super::super::barrier::TO_BOUND;
 use super::super::super::counted::Counted;
-use super::super::ROUNDING;
-use super::super::step::{Projection, Step};
-use super::{ACCEPTED, Method};
+use super::super::super::trust_region::{CORRECTIONS, Linearised, Region, Step, TAKEN_BACK};
+use super::super::projection::Projection;
+use super::Method;
 
-/// The predicted decrease of φ must be at least this fraction of that of ν ‖C‖.
-const SHARE: f64 = 0.3;
-/// Largest number of corrections for the curvature of the constraints.
-const CORRECTIONS: usize = 3;
-/// Corrections end if one of them leaves more than this fraction of the violation.
-const TAKEN_BACK: f64 = 0.5;
 /// Largest number of times that slacks are moved; they are not moved again if ‖C‖ changed by at most the fraction `SETTLED`.
 const MOVES: usize = 10;
 const SETTLED: f64 = 0.1;
@@ -30,15 +24,7 @@ pub(super) struct Trial {
 
 impl Method {
     pub(super) fn merit(&self, value: f64, y: &DVector<f64>, c: &DVector<f64>) -> f64 {
-        value + self.barrier.value(y.as_slice()) + self.penalty * c.norm()
-    }
-
-    /// The predicted decrease of φ. ν is increased until the decrease of the violation is a sufficient part of it.
-    pub(super) fn weigh(&mut self, step: &Step) -> f64 {
-        if step.closer > 0.0 && step.model + self.penalty * step.closer < SHARE * self.penalty * step.closer {
-            self.penalty = -step.model / ((1.0 - SHARE) * step.closer);
-        }
-        step.model + self.penalty * step.closer.max(0.0)
+        value + self.barrier.value(y.as_slice()) + self.region.penalty * c.norm()
     }
 
     /// The trial of a step or, if it is better, of the step corrected for the curvature of the constraints; and the decrease of φ relative to the
@@ -55,7 +41,7 @@ impl Method {
         let mut ratio = self.ratio(&best, here, foreseen);
         let (mut p, mut c, n) = (step.p.clone(), best.c.clone(), problem.bounds.len());
         for _ in 0..CORRECTIONS {
-            if ratio >= ACCEPTED || !best.value.is_finite() || self.rows.is_empty() {
+            if Region::accepts(ratio) || !best.value.is_finite() || self.rows.is_empty() {
                 break;
             }
             p += projection.least_change(&c);
@@ -92,7 +78,7 @@ impl Method {
         let mut c = self.constraints(problem, y);
         for _ in 0..MOVES {
             let before = c.norm();
-            let weight = self.barrier.mu * before / self.penalty;
+            let weight = self.barrier.mu * before / self.region.penalty;
             if weight == 0.0 {
                 break;
             }
@@ -111,13 +97,6 @@ impl Method {
 
     /// The decrease of φ relative to the prediction.
     fn ratio(&self, to: &Trial, here: f64, foreseen: f64) -> f64 {
-        let fallen = here - self.merit(to.value, &to.y, &to.c);
-        let rounding = ROUNDING * here.abs();
-        match foreseen <= rounding {
-            true if fallen.abs() <= rounding => 1.0,
-            // A decrease is not accepted where an increase was predicted.
-            _ if foreseen <= 0.0 => f64::NEG_INFINITY,
-            _ => fallen / foreseen,
-        }
+        Region::ratio(here, self.merit(to.value, &to.y, &to.c), foreseen)
     }
 }

@@ -7,11 +7,13 @@
 //!   tangential    min ½ tᵀĤ t + (ĝ + Ĥ n)ᵀ t      Â t = 0,   ‖n + t‖ ≤ Δ       (Steihaug; Gould, Hribar and Nocedal 2001)
 //! ```
 
-use nalgebra::{DMatrix, DVector, RowDVector};
+mod region;
 
-use super::super::barrier::{Barrier, TO_BOUND};
-use super::super::counted::Counted;
+use nalgebra::DVector;
+
+use super::barrier::{Barrier, TO_BOUND};
 use crate::Error;
+pub(super) use region::{CORRECTIONS, Region, TAKEN_BACK};
 
 /// The fraction of the radius that the normal step may take.
 const OF_NORMAL: f64 = 0.75;
@@ -19,109 +21,57 @@ const OF_NORMAL: f64 = 0.75;
 const NORMAL_TO_BOUND: f64 = 0.8 * TO_BOUND;
 /// Largest tolerance of conjugate gradients; it decreases with the reduced gradient relative to its largest value, for superlinear convergence.
 const TOLERANCE: f64 = 0.1;
-/// A row of length 1 is independent if its distance from the span of the others exceeds this.
-const OWN: f64 = 1e-11;
 /// A projected gradient below this fraction of the gradient is rounding error.
 const ROUNDED: f64 = 1e-12;
 /// Constraints contradict each other if the least change leaves more than this fraction of the violation.
 const CONTRADICTS: f64 = 1e-6;
 
-/// The Jacobian of the constraints in scaled variables, and Q R = Âᵀ of its independent rows, scaled to length 1.
-///
-/// The rows are factorised, not Â Âᵀ: an equality and a slack next to its bound may differ by less than the square root of rounding.
-pub(super) struct Projection {
-    pub(super) a: DMatrix<f64>,
-    /// Reciprocal lengths of the rows.
-    inverse: DVector<f64>,
-    /// The row of each column of Q R.
-    rows: Vec<usize>,
-    q: DMatrix<f64>,
-    r: DMatrix<f64>,
-}
+/// Linearised constraints Â p + C = 0 in scaled variables.
+pub(super) trait Linearised {
+    /// Number of independent constraints.
+    fn rank(&self) -> usize;
 
-impl Projection {
-    pub(super) fn new(jacobian: &DMatrix<f64>, scales: &[f64]) -> Self {
-        let mut a = jacobian.clone();
-        a.column_iter_mut().zip(scales).for_each(|(mut column, scale)| column *= *scale);
-        let inverse = |length: f64| if length > 0.0 { 1.0 / length } else { 0.0 };
-        let inverse = DVector::from_iterator(a.nrows(), a.row_iter().map(|row| inverse(row.norm())));
-        let mut columns = a.transpose();
-        columns.column_iter_mut().zip(&inverse).for_each(|(mut column, inverse)| column *= *inverse);
-        let mut rows = RowDVector::from_fn(a.nrows(), |_, j| j);
-        let factors = columns.col_piv_qr();
-        factors.p().permute_columns(&mut rows);
-        let (q, r) = (factors.q(), factors.r());
-        let rank = (0..r.nrows()).take_while(|&k| r[(k, k)].abs() > OWN).count();
-        let (q, r) = (q.columns(0, rank).into_owned(), r.view((0, 0), (rank, rank)).into_owned());
-        Projection { a, inverse, rows: rows.iter().copied().take(rank).collect(), q, r }
-    }
+    /// The Frobenius norm of Â.
+    fn size(&self) -> f64;
 
-    /// The number of independent rows.
-    fn rank(&self) -> usize {
-        self.rows.len()
-    }
+    /// Â p.
+    fn times(&self, p: &DVector<f64>) -> DVector<f64>;
 
-    /// The multipliers w that minimise ‖ĝ + Âᵀw‖.
-    pub(super) fn multipliers(&self, gradient: &DVector<f64>) -> DVector<f64> {
-        let mut w = self.q.tr_mul(gradient);
-        // None of its pivots is zero.
-        let _ = self.r.solve_upper_triangular_mut(&mut w);
-        let mut all = DVector::zeros(self.a.nrows());
-        self.rows.iter().zip(&w).for_each(|(&j, w)| all[j] = -w * self.inverse[j]);
-        all
-    }
+    /// Âᵀ c.
+    fn times_transposed(&self, c: &DVector<f64>) -> DVector<f64>;
 
     /// The smallest change n with C + Â n = 0, or with the smallest ‖C + Â n‖ if constraints contradict each other.
-    pub(super) fn least_change(&self, c: &DVector<f64>) -> DVector<f64> {
-        let mut z = DVector::from_iterator(self.rank(), self.rows.iter().map(|&j| -c[j] * self.inverse[j]));
-        let _ = self.r.tr_solve_upper_triangular_mut(&mut z);
-        let change = &self.q * z;
-        let left = c + &self.a * &change;
-        if left.norm() <= CONTRADICTS * c.norm() { change } else { self.balanced(change, left) }
-    }
+    fn least_change(&self, c: &DVector<f64>) -> DVector<f64>;
 
-    /// The change n that minimises ‖C + Â n‖ with unscaled rows, by conjugate gradients from a change that leaves `left`.
-    fn balanced(&self, mut change: DVector<f64>, mut left: DVector<f64>) -> DVector<f64> {
-        let mut slope = self.a.tr_mul(&left);
-        let (mut d, end) = (-&slope, ROUNDED * self.a.norm() * left.norm());
-        for _ in 0..=self.a.nrows() {
-            let (of_d, square) = (&self.a * &d, slope.norm_squared());
-            if square.sqrt() <= end || of_d.amax() == 0.0 {
-                break;
-            }
-            let alpha = square / of_d.norm_squared();
-            change += &d * alpha;
-            left += of_d * alpha;
-            slope = self.a.tr_mul(&left);
-            d = d * (slope.norm_squared() / square) - &slope;
+    /// r without its component along the rows of Â.
+    fn project(&self, r: &DVector<f64>) -> DVector<f64>;
+}
+
+/// A change that should satisfy the constraints or, if it does not because they contradict each other, the change that minimises ‖C + Â n‖, by conjugate
+/// gradients from there.
+pub(super) fn least_residual(of: &dyn Linearised, c: &DVector<f64>, mut change: DVector<f64>) -> DVector<f64> {
+    let mut left = c + of.times(&change);
+    if left.norm() <= CONTRADICTS * c.norm() {
+        return change;
+    }
+    let mut slope = of.times_transposed(&left);
+    let (mut d, end) = (-&slope, ROUNDED * of.size() * left.norm());
+    for _ in 0..=c.len() {
+        let (of_d, square) = (of.times(&d), slope.norm_squared());
+        if square.sqrt() <= end || of_d.amax() == 0.0 {
+            break;
         }
-        change
+        let alpha = square / of_d.norm_squared();
+        change += &d * alpha;
+        left += of_d * alpha;
+        slope = of.times_transposed(&left);
+        d = d * (slope.norm_squared() / square) - &slope;
     }
-
-    /// r without its component along the rows of Â; projected twice because of rounding.
-    pub(super) fn project(&self, r: &DVector<f64>) -> DVector<f64> {
-        let once = |r: &DVector<f64>| r - &self.q * self.q.tr_mul(r);
-        if self.a.nrows() == 0 { r.clone() } else { once(&once(r)) }
-    }
+    change
 }
 
 /// Ĥ times a direction.
 pub(super) type Product<'a> = &'a mut dyn FnMut(&DVector<f64>) -> Result<DVector<f64>, Error>;
-
-/// D (H + Σ) D p.
-pub(super) fn product(
-    problem: &mut Counted,
-    p: &DVector<f64>,
-    scales: &DVector<f64>,
-    curvature: &[f64],
-) -> Result<DVector<f64>, Error> {
-    let (n, d) = (problem.bounds.len(), p.component_mul(scales));
-    let mut result = DVector::zeros(d.len());
-    problem.product(&d.as_slice()[..n], &mut result.as_mut_slice()[..n])?;
-    let terms = result.iter_mut().zip(&d).zip(curvature.iter().zip(scales));
-    terms.for_each(|((x, d), (curvature, scale))| *x = (*x + curvature * d) * scale);
-    Ok(result)
-}
 
 /// A step in scaled variables.
 pub(super) struct Step {
@@ -148,7 +98,7 @@ pub(super) struct Model<'a> {
     /// ĝ in this unit, which products have, too.
     pub(super) gradient: &'a DVector<f64>,
     pub(super) c: &'a DVector<f64>,
-    pub(super) projection: &'a Projection,
+    pub(super) constraints: &'a dyn Linearised,
     pub(super) barrier: &'a Barrier,
     pub(super) y: &'a DVector<f64>,
     pub(super) scales: &'a DVector<f64>,
@@ -163,7 +113,7 @@ impl Model<'_> {
         let of_n = if n.amax() > 0.0 { product(&n)? } else { DVector::zeros(n.len()) };
         let mut known = Known { normal: [n, of_n], reduced: 0.0, directions: Vec::new() };
         let t = self.tangential(&mut known, radius, product)?;
-        Ok((self.complete(&known.normal, t), known))
+        Ok((self.sum(&known.normal, t), known))
     }
 
     /// A step within a smaller radius without further products: a shorter n, and the best t in the same directions, which are conjugate.
@@ -184,27 +134,31 @@ impl Model<'_> {
             }
         }
         let most = self.most(TO_BOUND, &normal[0], &t);
-        self.complete(&normal, [t * most, of_t * most])
+        self.sum(&normal, [t * most, of_t * most])
     }
 
-    fn complete(&self, [n, of_n]: &[DVector<f64>; 2], [t, of_t]: [DVector<f64>; 2]) -> Step {
-        let p = n + t;
-        let model = self.unit * (-self.gradient.dot(&p) - 0.5 * p.dot(&(of_n + of_t)));
-        let closer = self.c.norm() - (self.c + &self.projection.a * &p).norm();
+    fn sum(&self, [n, of_n]: &[DVector<f64>; 2], [t, of_t]: [DVector<f64>; 2]) -> Step {
+        self.complete(n + t, &(of_n + of_t))
+    }
+
+    /// The step p, given Ĥ p.
+    pub(super) fn complete(&self, p: DVector<f64>, of_p: &DVector<f64>) -> Step {
+        let model = self.unit * (-self.gradient.dot(&p) - 0.5 * p.dot(of_p));
+        let closer = self.c.norm() - (self.c + self.constraints.times(&p)).norm();
         Step { length: p.norm(), p, model, closer }
     }
 
     fn normal(&self, radius: f64) -> DVector<f64> {
-        let a = &self.projection.a;
+        let a = self.constraints;
         if self.c.amax() == 0.0 {
-            return DVector::zeros(a.ncols());
+            return DVector::zeros(self.y.len());
         }
-        let mut newton = self.projection.least_change(self.c);
-        let slope = a.tr_mul(self.c);
-        let ahead = (a * &slope).norm_squared();
+        let mut newton = a.least_change(self.c);
+        let slope = a.times_transposed(self.c);
+        let ahead = a.times(&slope).norm_squared();
         let cauchy = if ahead > 0.0 { &slope * -(slope.norm_squared() / ahead) } else { slope };
         // Rounding may spoil the Newton step if rows are nearly equal.
-        let left = |n: &DVector<f64>| (self.c + a * n).norm();
+        let left = |n: &DVector<f64>| (self.c + a.times(n)).norm();
         if left(&newton) > left(&cauchy) {
             newton.copy_from(&cauchy);
         }
@@ -237,7 +191,7 @@ impl Model<'_> {
     ) -> Result<[DVector<f64>; 2], Error> {
         let zeros = || DVector::zeros(n.len());
         let (mut t, mut of_t, mut r) = (zeros(), zeros(), self.gradient + &*of_n);
-        let mut v = self.projection.project(&r);
+        let mut v = self.constraints.project(&r);
         let mut d = -&v;
         let mut rv = r.dot(&v);
         *reduced = self.unit * rv.max(0.0).sqrt();
@@ -245,7 +199,7 @@ impl Model<'_> {
         let end = (rv * exact * exact).max(ROUNDED * ROUNDED * r.norm_squared());
         // The last point at a sufficient distance from bounds, and the step from there.
         let mut inside: Option<[DVector<f64>; 4]> = None;
-        for _ in 0..(n.len() + 1).saturating_sub(self.projection.rank()) {
+        for _ in 0..(n.len() + 1).saturating_sub(self.constraints.rank()) {
             if rv <= end || rv <= 0.0 {
                 break;
             }
@@ -268,7 +222,7 @@ impl Model<'_> {
             if is_last {
                 break;
             }
-            v = self.projection.project(&r);
+            v = self.constraints.project(&r);
             // r may be replaced by its projection, which reduces the remaining rounding error.
             r.copy_from(&v);
             let next = r.dot(&v);

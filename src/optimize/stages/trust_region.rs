@@ -1,0 +1,251 @@
+//! Steps within a trust region ([`trust_region`](super::super::trust_region)): slower than steps along a line with a filter, but where these fail,
+//! far from feasible points and next to bounds, they often converge. Multipliers are estimates by least squares, which cannot grow from step to step.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::super::Reason;
+use super::super::barrier::TO_BOUND;
+use super::super::norm::{magnitude, norm};
+use super::super::outcome::largest_change;
+use super::super::trust_region::{CORRECTIONS, Linearised, Model, Region, Step, TAKEN_BACK};
+use super::method::Method;
+use super::newton::{Kkt, Newton};
+use super::problem::Values;
+use super::run::Run;
+use super::tangent_plane::TangentPlane;
+use crate::Error;
+
+/// Newton steps that bounds shorten by more than this are not taken.
+const UNHINDERED: f64 = 0.9;
+/// The violation has a local minimum if the steepest descent reduces it by less than this fraction.
+const LEAST_VIOLATED: f64 = 1e-6;
+
+/// The Hessian with the curvature of the barrier, in scaled variables.
+struct Hessian<'a> {
+    blocks: &'a [DMatrix<f64>],
+    curvature: &'a [f64],
+    scales: &'a DVector<f64>,
+    /// Its unit.
+    unit: f64,
+}
+
+impl Hessian<'_> {
+    fn times(&self, p: &DVector<f64>) -> DVector<f64> {
+        let d = p.component_mul(self.scales);
+        let mut product = DVector::from_iterator(d.len(), d.iter().zip(self.curvature).map(|(d, of)| d * of));
+        let mut first = 0;
+        for block in self.blocks {
+            product.rows_mut(first, block.nrows()).gemv(1.0, block, &d.rows(first, block.nrows()), 1.0);
+            first += block.nrows();
+        }
+        product.component_mul(self.scales) / self.unit
+    }
+}
+
+/// A point to which a step leads, and its constraints.
+struct Trial {
+    y: Vec<f64>,
+    values: Values,
+    c: DVector<f64>,
+}
+
+/// The metric of the trust region at the current point.
+type Metric<'a> = (&'a Newton<'a>, &'a DVector<f64>);
+
+impl Run<'_, '_> {
+    /// Iterates within a trust region until there is a reason to stop.
+    ///
+    /// # Errors
+    /// A problem without second derivatives.
+    pub(super) fn within_region(&mut self, method: &mut Method<'_>) -> Result<Reason, Error> {
+        let unit = method.barrier.unit;
+        let mut region = Region { radius: 1.0, penalty: 0.0 };
+        let (mut steepest, mut moved) = (0.0, 0.0);
+        region.radius = method.y.iter().fold(unit, |most, y| most.max(y.abs())) / unit;
+        loop {
+            let scales = method.scales();
+            let metric = method.metric(&scales);
+            let Some(newton) = metric.factors() else { return Ok(Reason::NoLowerValue) };
+            let metric = (&newton, &scales);
+            method.multipliers = method.plane(metric).multipliers();
+            if let Some(reason) = self.record(method, moved) {
+                return Ok(reason);
+            }
+            if self.lower_barrier(method) {
+                method.multipliers = method.plane(metric).multipliers();
+            }
+            if self.is_violated() && method.plane(metric).is_least_violated() {
+                return Ok(Reason::Infeasible);
+            }
+            let before = method.y.clone();
+            match self.step_within(method, metric, (&mut region, &mut steepest)) {
+                Ok(true) => moved = largest_change(&method.y, &before),
+                Ok(false) if self.is_interrupted() => return Ok(Reason::Interrupted),
+                Ok(false) => return Ok(Reason::NoLowerValue),
+                Err(error) => return self.without_derivatives(error),
+            }
+        }
+    }
+
+    /// Takes a step within the region, which shrinks until one is accepted; false if none is.
+    ///
+    /// # Errors
+    /// A point without second derivatives.
+    fn step_within(
+        &mut self,
+        method: &mut Method<'_>,
+        metric: Metric<'_>,
+        (region, steepest): (&mut Region, &mut f64),
+    ) -> Result<bool, Error> {
+        let (scales, c) = (metric.1, method.residuals(&method.y, &method.values).flat());
+        let mut gradient = DVector::from_vec(method.gradient_of_value()).component_mul(scales);
+        let unit = magnitude(gradient.amax());
+        gradient /= unit;
+        region.exceed(norm(&method.multipliers.all().copied().collect::<Vec<f64>>()));
+        let (y, barrier, curvature) =
+            (DVector::from_column_slice(&method.y), method.barrier.clone(), method.barrier.curvature(&method.y));
+        let blocks = method.problem.hessians(method.scale, &method.multipliers)?;
+        let hessian = Hessian { blocks: &blocks, curvature: &curvature, scales, unit };
+        let kkt = method.kkt_of(blocks.clone(), curvature.clone());
+        let mut known = None;
+        loop {
+            let plane = method.plane(metric);
+            let largest = *steepest;
+            let (constraints, y, barrier) = (&plane, &y, &barrier);
+            let model = Model { unit, gradient: &gradient, c: &c, constraints, barrier, y, scales, steepest: largest };
+            let direct =
+                if known.is_none() { method.newton_step(&kkt, &plane, &model, (&hessian, region.radius)) } else { None };
+            let step = match (direct, &known) {
+                (Some(step), _) => step,
+                (_, Some(known)) => model.shorter(region.radius, known),
+                _ => {
+                    let (step, found) = model.step(region.radius, &mut |p| Ok(hessian.times(p)))?;
+                    *steepest = largest.max(found.reduced);
+                    known = Some(found);
+                    step
+                }
+            };
+            if !Region::tries(&step) || self.is_interrupted() {
+                return Ok(false);
+            }
+            let foreseen = region.foresee(&step);
+            let mut ratio = f64::NEG_INFINITY;
+            if let Some((next, found)) = self.better_trial(method, metric, &step, (region, foreseen)) {
+                ratio = found;
+                if Region::accepts(ratio) && self.take(method, next) {
+                    region.grow(ratio, step.length);
+                    return Ok(true);
+                }
+            }
+            region.shrink(if Region::accepts(ratio) { f64::NEG_INFINITY } else { ratio }, step.length);
+        }
+    }
+
+    /// Moves to a trial; false if it has no derivatives.
+    fn take(&mut self, method: &mut Method<'_>, to: Trial) -> bool {
+        // The problem may have been evaluated at another point since.
+        let values = method.problem.evaluate(&method.v(&to.y));
+        match values.and_then(|values| Ok((values, method.problem.linearise()?))) {
+            Ok((values, linear)) => {
+                method.barrier.step(&method.y, &to.y);
+                (method.y, method.values, method.linear) = (to.y, values, linear);
+                true
+            }
+            Err(error) => {
+                self.fail(error);
+                false
+            }
+        }
+    }
+
+    /// The trial of a step or, if it is better, of the step corrected for the curvature of the constraints; and the decrease of φ relative to the
+    /// prediction. `None` if the step leads to a point without values.
+    fn better_trial(
+        &mut self,
+        method: &mut Method<'_>,
+        metric: Metric<'_>,
+        step: &Step,
+        (region, foreseen): (&Region, f64),
+    ) -> Option<(Trial, f64)> {
+        let phi = |method: &Method<'_>, y: &[f64], values: &Values, c: &DVector<f64>| {
+            method.pair(y, values).value + region.penalty * c.norm()
+        };
+        let here = phi(method, &method.y, &method.values, &method.residuals(&method.y, &method.values).flat());
+        let ratio = |method: &Method<'_>, to: &Trial| Region::ratio(here, phi(method, &to.y, &to.values, &to.c), foreseen);
+        let mut best = self.trial_of(method, &step.p, metric.1)?;
+        let mut found = ratio(method, &best);
+        let (mut p, mut c) = (step.p.clone(), best.c.clone());
+        for _ in 0..CORRECTIONS {
+            if Region::accepts(found) || c.is_empty() {
+                break;
+            }
+            p += method.plane(metric).least_change(&c);
+            let d = p.component_mul(metric.1);
+            if method.barrier.most(TO_BOUND, &method.y, &vec![0.0; d.len()], d.as_slice()) < 1.0 {
+                break;
+            }
+            let Some(other) = self.trial_of(method, &p, metric.1) else { break };
+            let (of_other, left) = (ratio(method, &other), other.c.norm() / c.norm());
+            c.clone_from(&other.c);
+            if of_other > found {
+                (best, found) = (other, of_other);
+            }
+            if left.is_nan() || left > TAKEN_BACK {
+                break;
+            }
+        }
+        Some((best, found))
+    }
+
+    fn trial_of(&mut self, method: &mut Method<'_>, p: &DVector<f64>, scales: &DVector<f64>) -> Option<Trial> {
+        let mut y: Vec<f64> = method.y.iter().zip(p.iter().zip(scales)).map(|(y, (p, scale))| y + p * scale).collect();
+        method.barrier.keep_inside(&method.y, &mut y);
+        match method.problem.evaluate(&method.v(&y)) {
+            Ok(values) => {
+                let c = method.residuals(&y, &values).flat();
+                (values.cost + c.norm()).is_finite().then_some(Trial { y, values, c })
+            }
+            Err(error) => {
+                self.fail(error);
+                None
+            }
+        }
+    }
+}
+
+impl<'p> Method<'p> {
+    fn plane<'a>(&'a self, (newton, scales): Metric<'a>) -> TangentPlane<'a, 'p> {
+        TangentPlane { method: self, newton, scales }
+    }
+
+    /// The step of Newton's method if the Hessian is convex along the constraints and if the step is within the radius and the bounds.
+    fn newton_step(
+        &self,
+        kkt: &Kkt,
+        plane: &TangentPlane<'_, '_>,
+        model: &Model<'_>,
+        (hessian, radius): (&Hessian<'_>, f64),
+    ) -> Option<Step> {
+        let found = kkt.factors()?.step(self, &self.residuals(&self.y, &self.values));
+        let p = plane.scaled(&found.y);
+        let d = p.component_mul(plane.scales);
+        let most = self.barrier.most(self.share(), &self.y, &vec![0.0; d.len()], d.as_slice());
+        // False for NaN.
+        let fits = p.norm() <= radius && most >= UNHINDERED;
+        fits.then(|| {
+            let p = p * most;
+            let of_p = hessian.times(&p);
+            model.complete(p, &of_p)
+        })
+    }
+}
+
+impl TangentPlane<'_, '_> {
+    /// True if the steepest descent hardly reduces ‖C‖.
+    fn is_least_violated(&self) -> bool {
+        let c = self.method.residuals(&self.method.y, &self.method.values).flat();
+        let slope = self.times_transposed(&c);
+        let ahead = self.times(&slope).norm_squared();
+        ahead == 0.0 || slope.norm_squared().powi(2) / ahead <= LEAST_VIOLATED * c.norm_squared()
+    }
+}
