@@ -1,6 +1,7 @@
 //! Progress reports to a callback.
 
 use std::ops::ControlFlow;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use crate::Error;
 
@@ -29,10 +30,13 @@ const TIMES: usize = 100;
 /// Largest number of nodes between two reports if the number of all nodes is an estimate.
 const MOST_BETWEEN: usize = 100;
 
+/// A callback for several motions, which may be computed by several threads.
+type Callback = Arc<Mutex<dyn FnMut(Progress) -> ControlFlow<()> + Send>>;
+
 /// Reports progress to a callback, if there is one.
 #[derive(Default)]
 pub(crate) struct Watch {
-    callback: Option<Box<dyn FnMut(Progress) -> ControlFlow<()> + Send>>,
+    callback: Option<Callback>,
     /// True after the backward sweep has begun: parts of the motion that are recomputed are not reported.
     is_back: bool,
     /// Numbers of nodes before and after the computed ones in a longer motion, to which the reports refer.
@@ -43,12 +47,13 @@ pub(crate) struct Watch {
 
 impl Watch {
     pub(crate) fn new(callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) -> Self {
-        Watch::of_part(callback, [0, 0])
+        Watch { callback: Some(Arc::new(Mutex::new(callback))), ..Watch::default() }
     }
 
-    /// Progress of a part of a motion, with `around[0]` nodes before it and `around[1]` nodes after it.
-    pub(crate) fn of_part(callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static, around: [usize; 2]) -> Self {
-        Watch { callback: Some(Box::new(callback)), is_back: false, around, told: 0 }
+    /// Reports of another motion to the same callback. The motion is a part of a longer one, with `around[0]` nodes before it and `around[1]` nodes
+    /// after it.
+    pub(crate) fn shared(&self, around: [usize; 2]) -> Self {
+        Watch { callback: self.callback.clone(), around, ..Watch::default() }
     }
 
     /// Begins another motion.
@@ -80,7 +85,7 @@ impl Watch {
 
     #[inline]
     fn tell_every(&mut self, most: usize, task: Task, done: usize, of: usize) -> Result<(), Error> {
-        let Some(callback) = &mut self.callback else { return Ok(()) };
+        let Some(callback) = &self.callback else { return Ok(()) };
         let [before, behind] = self.around;
         let (done, of) = (before + done, before + of + behind);
         // If the period changes with the estimate, its multiples may be skipped.
@@ -90,7 +95,8 @@ impl Watch {
             return Ok(());
         }
         self.told = done;
-        match callback(Progress { task, done, of }) {
+        let mut callback = callback.lock().unwrap_or_else(PoisonError::into_inner);
+        match (*callback)(Progress { task, done, of }) {
             ControlFlow::Continue(()) => Ok(()),
             ControlFlow::Break(()) => Err(Error::Interrupted { done, of }),
         }
@@ -100,7 +106,6 @@ impl Watch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::sync::{Arc, Mutex};
 
     #[test]
     fn a_guess_that_grows_is_told_of_every_hundred_steps_at_least() {

@@ -8,6 +8,7 @@ use super::problem::{Interval, Problem, set_row};
 use super::sizes::Sizes;
 use super::variables::Variables;
 use crate::estimate::errors_of_outputs;
+use crate::motion::Watch;
 use crate::solver::Asked;
 use crate::{Error, Inputs, Output, Settings, Solver, System, Warning};
 
@@ -38,13 +39,14 @@ struct Point {
     inputs: Inputs,
 }
 
-/// A problem without its solver, for use by several threads.
+/// A problem without its solver, for use by several threads. Its motions report to the progress callback of the solver.
 pub(super) struct Statement {
     system: System,
     settings: Settings,
     inputs: Inputs,
     pub(super) variables: Variables,
     constraints: Vec<Interval>,
+    watch: Watch,
 }
 
 impl Statement {
@@ -57,6 +59,7 @@ impl Statement {
         self.variables.write(x, &mut inputs);
         let mut problem = MotionProblem::new(&self.system, self.settings, inputs, self.variables.clone())?;
         problem.constraints.clone_from(&self.constraints);
+        problem.solver.forward_mut().watch = self.watch.shared([0, 0]);
         Ok(problem)
     }
 }
@@ -100,6 +103,7 @@ impl MotionProblem {
             inputs: self.known.inputs.clone(),
             variables: self.variables.clone(),
             constraints: self.constraints.clone(),
+            watch: self.solver.forward().watch.shared([0, 0]),
         }
     }
 

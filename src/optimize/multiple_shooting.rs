@@ -5,7 +5,6 @@ mod problem;
 
 use nalgebra::DVector;
 use std::ops::ControlFlow;
-use std::sync::{Arc, Mutex, PoisonError};
 
 use super::free::{Free, check_reading_times};
 use super::motion_problem::{MotionProblem, default_constraints};
@@ -237,11 +236,14 @@ impl MultipleShooting {
     /// Sets a progress callback for all motions and gradients, as [`Solver::watch`](crate::Solver::watch) does, counting the nodes of all
     /// segments. If it returns `Break`, the method stops with [`Reason::Interrupted`](super::Reason::Interrupted).
     pub fn watch(&mut self, callback: impl FnMut(Progress) -> ControlFlow<()> + Send + 'static) {
-        let (callback, last) = (Arc::new(Mutex::new(callback)), self.inputs.grid.nodes() - 1);
+        self.report_to(&Watch::new(callback));
+    }
+
+    /// Reports progress to the callback of another motion, if it has one.
+    pub(super) fn report_to(&mut self, watch: &Watch) {
+        let last = self.inputs.grid.nodes() - 1;
         for segment in &mut self.segments {
-            let callback = Arc::clone(&callback);
-            let tell = move |progress| (*callback.lock().unwrap_or_else(PoisonError::into_inner))(progress);
-            segment.motion.solver.forward_mut().watch = Watch::of_part(tell, [segment.first, last - segment.last]);
+            segment.motion.solver.forward_mut().watch = watch.shared([segment.first, last - segment.last]);
         }
     }
 

@@ -384,6 +384,10 @@ impl Solver {
         self.forward.motion.refinement()
     }
 
+    pub(crate) fn forward(&self) -> &ForwardSweep {
+        &self.forward
+    }
+
     pub(crate) fn forward_mut(&mut self) -> &mut ForwardSweep {
         &mut self.forward
     }

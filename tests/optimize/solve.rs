@@ -9,6 +9,8 @@ use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Sum};
 use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 const OPTIONS: Options =
     Options { iterations: 200, target: None, stationarity: 1e-6, violation: 1e-8, memory: 30, first_step: None };
@@ -147,6 +149,32 @@ fn no_start_follows_an_interrupted_one() {
     let mut stop = |_: &Iterate, _: &[f64]| ControlFlow::Break(());
     let solved = solve(&mut problem, Guess::Straight.starts(6), &OPTIONS, &mut stop).expect("fits");
     assert_eq!((solved.outcome.reason, solved.attempts.len()), (Reason::Interrupted, 1));
+}
+
+/// A problem whose solver stops from a number of progress reports on, and the number of reports.
+fn stopping(after: usize) -> (MotionProblem, Arc<AtomicUsize>) {
+    let (mut problem, reports) = (upright(1, 0.0), Arc::new(AtomicUsize::new(0)));
+    let count = reports.clone();
+    let stop = move |_| if count.fetch_add(1, Relaxed) < after { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
+    problem.solver.watch(stop);
+    (problem, reports)
+}
+
+#[test]
+fn the_solver_of_the_problem_stops_segments_and_starts() {
+    let (mut problem, reports) = stopping(usize::MAX);
+    let best = solve(&mut problem, Guess::Straight, &OPTIONS, &mut silent).expect("fits");
+    let all = reports.load(Relaxed);
+    for after in (0..all).step_by(all / 7).chain([all - 1]) {
+        let (mut problem, _) = stopping(after);
+        let solved = solve(&mut problem, Guess::Straight.starts(6), &OPTIONS, &mut silent).expect("fits");
+        assert_eq!((solved.outcome.reason, solved.attempts.len()), (Reason::Interrupted, 1), "{after} of {all}: {solved}");
+    }
+    let (mut problem, _) = stopping(all + 100);
+    let solved = solve(&mut problem, Guess::Straight.starts(100), &OPTIONS, &mut silent).expect("fits");
+    assert_eq!((solved.outcome.value, solved.outcome.reason), (best.outcome.value, Reason::Stationary));
+    let others = &solved.attempts[1..];
+    assert!((1..10).contains(&others.len()) && others.iter().all(|of| of.reason == Reason::Interrupted), "{solved}");
 }
 
 /// A cost at the end, and no constraint.

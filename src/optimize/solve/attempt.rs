@@ -51,6 +51,7 @@ pub(super) fn in_segments(
     let (start, inputs, free) = (problem.start(), problem.inputs_at(&problem.start()), problem.free().free().to_vec());
     let built = MultipleShooting::new(&system, settings, inputs, free, &line.coordinates, segments);
     let Ok(mut shooting) = built else { return Ok(None) };
+    shooting.report_to(&problem.solver.forward().watch);
     for (k, interval) in problem.constraints().into_iter().enumerate() {
         shooting.constrain(system.output(k), interval);
     }
@@ -122,7 +123,10 @@ fn joined(
         };
         let x = match x {
             Ok(x) => x,
-            Err(error) => return Ok(Outcome { reason: Reason::NoStart, first_failure: Some(error), ..found }),
+            Err(error) => {
+                let reason = if is_interruption(&error) { Reason::Interrupted } else { Reason::NoStart };
+                return Ok(Outcome { reason, first_failure: Some(error), ..found });
+            }
         };
         let asked = if round == LAST { &exact } else { &few };
         let next = stages_from(shooting, (&x, JOINED_MU), asked, watch)?;
@@ -135,15 +139,21 @@ fn joined(
     Ok(found)
 }
 
+fn is_interruption(error: &Error) -> bool {
+    matches!(error, Error::Interrupted { .. })
+}
+
 /// The outcome as that of the problem, which is left at its point.
 fn restated(problem: &mut MotionProblem, found: Outcome, start: &[f64]) -> Outcome {
     let x = found.x[..start.len()].to_vec();
     let intervals = problem.constraints();
     let mut constraints = vec![f64::INFINITY; intervals.len()];
-    let value = problem.evaluate(&x, &mut constraints).unwrap_or(f64::INFINITY);
+    let evaluated = problem.evaluate(&x, &mut constraints);
+    let reason = if evaluated.as_ref().is_err_and(is_interruption) { Reason::Interrupted } else { found.reason };
+    let value = evaluated.unwrap_or(f64::INFINITY);
     let violation = largest_violation(&intervals, &constraints);
     let multipliers = found.multipliers[..intervals.len()].to_vec();
-    Outcome { x, value, constraints, violation, multipliers, warnings: problem.warnings(), ..found }
+    Outcome { x, value, constraints, violation, multipliers, reason, warnings: problem.warnings(), ..found }
 }
 
 /// The later outcome, with the counts and the history of both.

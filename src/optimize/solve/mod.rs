@@ -38,6 +38,9 @@ const ALIKE: f64 = 1e-4;
 ///
 /// The problem is left with the motion of the solution, and [`Solved`] lists what was tried.
 ///
+/// `watch` receives the iterates of the first start, and then the best point after each group of other starts. The progress callback of the
+/// problem's solver ([`Solver::watch`](crate::Solver::watch)) is called in all motions of all starts, and stops all of them.
+///
 /// ```
 /// use hamiltonian_adjoint::optimize::{Free, Guess, Interval, MotionProblem, Options, Variables, silent, solve};
 /// use hamiltonian_adjoint::{Grid, Inputs, Settings, scenes::CartPendulum};
@@ -90,8 +93,10 @@ pub fn solve(
                 from_start(&mut own, &guess, (options, start), &mut silent)
             },
         );
+        let mut is_interrupted = false;
         for found in found {
             let Solved { outcome, attempts } = found?;
+            is_interrupted |= outcome.is_interrupted();
             best.attempts.extend(attempts);
             values.push(value(&outcome));
             if value(&outcome) < value(&best.outcome) {
@@ -101,8 +106,9 @@ pub fn solve(
         let least = value(&best.outcome);
         let known = values.iter().filter(|value| **value <= least + ALIKE * least.abs()).count();
         let Outcome { violation, evaluations, ref x, .. } = best.outcome;
-        let at = Iterate { value: least, violation, stationarity: f64::NAN, step: 0.0, evaluations };
-        if least.is_finite() && known >= AGAIN || watch(&at, x).is_break() {
+        let stationarity = best.outcome.history.last().map_or(f64::INFINITY, |last| last.stationarity);
+        let at = Iterate { value: least, violation, stationarity, step: 0.0, evaluations };
+        if is_interrupted || least.is_finite() && known >= AGAIN || watch(&at, x).is_break() {
             break;
         }
     }
