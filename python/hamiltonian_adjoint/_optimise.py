@@ -12,7 +12,7 @@ from . import _hamiltonian_adjoint as _core
 from ._errors import Error, InputError, warn
 from ._expression import Symbol
 from ._free import Free, interval, stated
-from ._handles import Coordinate, Output, end_state_names
+from ._handles import Coordinate, Output
 from ._names import suggestion
 from ._optimum import Iterate, Optimum
 from ._progress import Bar, with_bar
@@ -36,7 +36,7 @@ class _Stated:
 
     _motions: list[Problem]
     # The number of segments, names of states, guesses, and outputs in the cost.
-    _shooting: tuple[int, list[tuple[str, str, str]], list[tuple[bool, int, list[float]]], list[str]] | None = None
+    _shooting: tuple[int, list[str], list[tuple[bool, int, list[float]]], list[str]] | None = None
 
     @property
     def start(self) -> Array:
@@ -151,9 +151,8 @@ class Problem(_Stated):
 class MultipleShooting(_Stated):
     """A problem whose motion is divided into segments, the initial states of which are variables: for ends that are too sensitive to the start.
 
-    `states` lists one coordinate for each degree of freedom; `scene.end_state` must have been called for each of them. `guess` contains values of
-    coordinates and velocities `x.v` at all nodes, or numbers. Outputs in `costs` are added to J instead of being constraints. Other arguments are those
-    of a `Problem`.
+    `states` lists one coordinate for each degree of freedom. `guess` contains values of coordinates and velocities `x.v` at all nodes, or numbers. Outputs
+    in `costs` are added to J instead of being constraints. Other arguments are those of a `Problem`.
     """
 
     def __init__(
@@ -173,9 +172,8 @@ class MultipleShooting(_Stated):
     ) -> None:
         self._motions = [Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings, **misplaced)]
         names = [system._named("coordinate", system.coordinates, of) for of in states]
-        ends = [(name, *end_state_names(name)) for name in names]
         guesses = [_guess(inputs, of, values) for of, values in (guess or {}).items()]
-        self._shooting = (int(segments), ends, guesses, [_output(system, of) for of in costs])
+        self._shooting = (int(segments), names, guesses, [_output(system, of) for of in costs])
 
 
 class Trials(_Stated):

@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use hamiltonian_adjoint::optimize::{
     Free, Interval, MotionProblem, MultipleShooting, Problem as Optimised, Quantity, Trials, Variables,
 };
-use hamiltonian_adjoint::{EndState, Error, Inputs, Settings, System as Compiled};
+use hamiltonian_adjoint::{Coordinate, Error, Inputs, Settings, System as Compiled};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -61,9 +61,9 @@ struct GivenMotion<'py> {
     settings: Bound<'py, PyDict>,
 }
 
-/// The number of segments, the names of their states and of the outputs of these at the end, guessed coordinates and velocities at all nodes, and the outputs that belong to the cost.
+/// The number of segments, the names of their states, guessed coordinates and velocities at all nodes, and the outputs that belong to the cost.
 #[derive(FromPyObject)]
-struct GivenShooting(usize, Vec<(String, String, String)>, Vec<(bool, usize, Vec<f64>)>, Vec<String>);
+struct GivenShooting(usize, Vec<String>, Vec<(bool, usize, Vec<f64>)>, Vec<String>);
 
 /// A statement of a problem, from which each thread makes its own problem.
 pub(crate) struct Statement {
@@ -83,7 +83,7 @@ pub(crate) struct Motion {
 
 struct Shooting {
     segments: usize,
-    states: Vec<EndState>,
+    states: Vec<Coordinate>,
     guess: Vec<(bool, usize, Vec<f64>)>,
     minimised: Vec<usize>,
 }
@@ -121,15 +121,7 @@ impl GivenMotion<'_> {
 impl GivenShooting {
     fn shooting(&self, system: &Compiled) -> PyResult<Shooting> {
         let GivenShooting(segments, states, guess, minimised) = self;
-        let end = |of: &str, name: &str| {
-            let missing =
-                format!("coordinate `{of}` has no end state; call `scene.end_state` for it before `scene.compile`");
-            output(system, name).map(|k| system.output(k)).map_err(|_| wrong_input(&missing))
-        };
-        let state = |(name, position, rate): &(String, String, String)| {
-            let coordinate = system.coordinate(number("coordinate", name, coordinate_names(system))?);
-            Ok(EndState { coordinate, position: end(name, position)?, rate: end(name, rate)? })
-        };
+        let state = |name: &String| number("coordinate", name, coordinate_names(system)).map(|i| system.coordinate(i));
         Ok(Shooting {
             segments: *segments,
             states: states.iter().map(state).collect::<PyResult<_>>()?,

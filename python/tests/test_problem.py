@@ -147,6 +147,14 @@ def test_multiple_shooting():
     assert found.converged and found.violation < 1e-9 and np.abs(found.inputs.controls).max() <= 80.0
     by_stages = problem.minimise(method="stages", stationarity=1e-6)
     assert by_stages.converged and by_stages.value == pytest.approx(found.value, rel=1e-6)
+    # Any independent coordinates are states, here one without an end state.
+    place = angle.scene["link 1.x"]
+    guess = {place: 0.5 * np.cos(turn), angle: turn, place.v: -0.5 * np.pi * np.sin(turn), angle.v: np.pi}
+    others = ha.MultipleShooting(
+        system, inputs, [force], [place, angle], 4, guess=guess, constraints={ends[angle][0]: np.pi / 2}, bounds={force: (-80.0, 80.0)}
+    )
+    assert others.names[41] == "link 1.x at node 10"
+    assert others.minimise(method="stages", stationarity=1e-6).value == pytest.approx(found.value, rel=1e-6)
     with pytest.raises(ha.InputError, match="state the problem as a MultipleShooting"):
         ha.minimise(system, inputs, [force], method="stages")
     # A single motion differs by the error of the scheme.
@@ -168,7 +176,6 @@ def test_outputs_in_the_cost_of_segments():
 @pytest.mark.parametrize(
     "keywords, kind, message",
     [
-        ({"states": ["link 1.x"]}, ha.InputError, "`link 1.x` has no end state; call `scene.end_state` for it before `scene.compile`"),
         ({"states": ["cart.X"]}, ha.InputError, "no coordinate `cart.X`; did you mean `cart.x`?"),
         ({"scheme": "ESDIRK4"}, TypeError, r"`scheme` is a setting of the solver: write settings=\{'scheme': …\}"),
         ({"states": ["cart.x"]}, ha.InputError, "at least the number of degrees of freedom"),
