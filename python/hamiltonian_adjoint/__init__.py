@@ -32,9 +32,9 @@ from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event
 from ._identify import Table
 from ._mechanics import MarkerState, Mechanics
 from ._objective import Objective
-from ._optimise import MultipleShooting, Problem, Trials, minimise
+from ._optimise import MultipleShooting, Problem, Trials, minimise, solve
 from ._names import suggestion as _suggestion
-from ._optimum import Iterate, Optimum, lowest
+from ._optimum import Attempt, Iterate, Optimum, lowest
 from ._robot import JointData, Robot
 from ._scene import Scene, cart_pendulum
 from ._solver import LongSolver, Motion, Solver, gradient, gradients, simulate
@@ -42,6 +42,7 @@ from ._sums import after_event, at_event, node
 from ._system import Gradient, Inputs, System
 
 __all__ = [
+    "Attempt",
     "Body",
     "Condition",
     "Control",
@@ -108,6 +109,7 @@ __all__ = [
     "minimum",
     "node",
     "simulate",
+    "solve",
     "step_length",
     "steps_through",
     "t",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -9,21 +10,25 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _hamiltonian_adjoint as _core
-from ._errors import Error, InputError, warn
+from ._errors import Error, InputError, OptimiseError, warn
 from ._expression import Symbol
 from ._free import Free, interval, stated
+from ._guess import Guess, checked_guess, of_segments
 from ._handles import Coordinate, Output
 from ._names import suggestion
 from ._optimum import Iterate, Optimum
 from ._progress import Bar, with_bar
 from ._solver import _checked
-from ._system import Array, Inputs, System, _index
+from ._system import Array, Inputs, System
 from ._words import counted
 
 METHODS = ("interior point", "L-BFGS", "augmented Lagrangian", "Levenberg-Marquardt", "stages")
 SETTINGS = ("scheme", "tolerance", "max_iterations", "position_tolerance", "velocity_tolerance", "max_halvings", "drift_bound", "rebase_every")
 OPTIONS = ("iterations", "target", "stationarity", "violation", "memory", "first_step")
 _KNOWN = f"options of the methods are {', '.join(OPTIONS)}; settings of the solver, as settings={{…}}, are {', '.join(SETTINGS)}"
+
+# Arguments of methods, not of problems.
+_ARGUMENTS = {"method": "minimise", "start": "minimise", "guess": "solve", "starts": "solve", **dict.fromkeys(("callback", "progress", *OPTIONS), "minimise")}
 
 # Names of the variables of scalar quantities.
 _VARIABLES = {"design": "{}", "coordinate": "initial {}", "rate": "initial rate of {}", "duration": "{}", "step": "{}"}
@@ -48,6 +53,37 @@ class _Stated:
         """The names of the variables."""
         return _core.start(self)[1]
 
+    def solve(self, guess: Guess = "straight", *, starts: int = 1, callback: Callback | None = None, progress: bool = False, **options: Any) -> Optimum:
+        """Minimises J of a motion from a guess of its states; no guess of the controls is needed. The default way to an optimum.
+
+        The motion is divided into segments that begin at the guess and meet in the course of the optimisation; then they are joined to a single motion.
+        Segments of different lengths are tried until one of them leads to a minimum: see `attempts` of the optimum. `guess` is
+
+        - 'straight': a straight line from the start to the nearest state that satisfies the equality constraints on terminal outputs;
+        - a pair (q, v) of arrays with a row for each coordinate and a column for each node, or a Motion; independent coordinates are used, the others follow
+          from the constraints;
+        - 'inputs': the motion of the inputs, without segments.
+
+        If `starts` is larger than 1, the other starts have random controls, durations and guesses; they run on all cores, and the lowest minimum is returned.
+
+        `callback(iterate, x)` may return True to stop. It receives the iterates of the first start, and the best point after each group of other starts. With
+        `progress`, a bar by tqdm counts these calls. Options are those of `minimise`; `iterations` limits each attempt, which has at most 200 in segments.
+        """
+        found = self._solve(guess, starts, callback, progress, options)
+        warn(found.warnings)
+        return found
+
+    def _solve(self, guess: Guess, starts: int, callback: Callback | None, progress: bool, options: dict[str, Any]) -> Optimum:
+        if self._shooting is not None:
+            raise OptimiseError("`solve` divides the motion into segments itself: state it as a `Problem`, or call `minimise(method='stages')`")
+        if len(self._motions) > 1:
+            raise OptimiseError("`solve` is for a single motion: solve each `Problem` by itself, or call `minimise` for `Trials`")
+        if (count := operator.index(starts)) < 1:
+            raise InputError(f"`starts` is {count}; at least one start is expected")
+        states, options = checked_guess(self._motions[0].inputs, guess), _options(options)
+        with with_bar(callback, progress) as watched:
+            return self._optimum(_core.solve(self, states, count, options, _called(watched)))
+
     def minimise(
         self,
         method: str = "interior point",
@@ -57,7 +93,7 @@ class _Stated:
         progress: bool = False,
         **options: Any,
     ) -> Optimum:
-        """Minimises from `start`, by default from the variables of the inputs.
+        """Minimises by a method from `start`, by default from the variables of the inputs.
 
         Methods are 'interior point' (exact products of the Hessian), 'L-BFGS' and 'augmented Lagrangian' (gradients alone), 'Levenberg-Marquardt'
         (minimises half the sum of squares of the outputs), and for a MultipleShooting 'stages' (segment by segment). `callback(iterate, x)` may return True to stop. With `progress`, a bar by tqdm counts the
@@ -152,7 +188,7 @@ class MultipleShooting(_Stated):
     """A problem whose motion is divided into segments, the initial states of which are variables: for ends that are too sensitive to the start.
 
     `states` lists one coordinate for each degree of freedom. `guess` contains values of coordinates and velocities `x.v` at all nodes, or numbers. Outputs
-    in `costs` are added to J instead of being constraints. Other arguments are those of a `Problem`.
+    in `costs` are added to J instead of being constraints. Other arguments are those of a `Problem`. `solve` of a `Problem` chooses segments itself.
     """
 
     def __init__(
@@ -172,7 +208,7 @@ class MultipleShooting(_Stated):
     ) -> None:
         self._motions = [Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings, **misplaced)]
         names = [system._named("coordinate", system.coordinates, of) for of in states]
-        guesses = [_guess(inputs, of, values) for of, values in (guess or {}).items()]
+        guesses = [of_segments(inputs, of, values) for of, values in (guess or {}).items()]
         self._shooting = (int(segments), names, guesses, [_output(system, of) for of in costs])
 
 
@@ -188,6 +224,30 @@ class Trials(_Stated):
             raise TypeError("trials are a list of one or more instances of `Problem`")
 
 
+def solve(
+    system: System,
+    inputs: Inputs,
+    free: Iterable[Symbol | Free | str],
+    *,
+    bounds: Mapping[Symbol | str, Any] | None = None,
+    constraints: Mapping[Output | str, Any] | None = None,
+    settings: Mapping[str, Any] | None = None,
+    guess: Guess = "straight",
+    starts: int = 1,
+    callback: Callback | None = None,
+    progress: bool = False,
+    **options: Any,
+) -> Optimum:
+    """Minimises J over the free quantities, subject to bounds and to constraints on outputs, from a guess of the states, as `Problem(…).solve(guess, …)`.
+
+    `settings` are those of a Solver, such as {'scheme': 'ESDIRK4'}; guesses and options are those of `Problem.solve`.
+    """
+    problem = Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings)
+    found = problem._solve(guess, starts, callback, progress, options)
+    warn(found.warnings)
+    return found
+
+
 def minimise(
     system: System,
     inputs: Inputs,
@@ -201,7 +261,7 @@ def minimise(
     progress: bool = False,
     **options: Any,
 ) -> Optimum:
-    """Minimises J over the free quantities, subject to bounds and to constraints on outputs, as `Problem(…).minimise(method, …)`.
+    """Minimises J over the free quantities by a method, subject to bounds and to constraints on outputs, as `Problem(…).minimise(method, …)`.
 
     `settings` are those of a Solver, such as {'scheme': 'ESDIRK4'}; options of the method, such as `iterations`, are those of `Problem.minimise`.
     """
@@ -215,24 +275,13 @@ def _output(system: System, of: Output | str) -> str:
     return system._named("output", system.outputs, of)
 
 
-def _guess(inputs: Inputs, of: Symbol | str, values: ArrayLike) -> tuple[bool, int, list[float]]:
-    which, i = _index(inputs.system, of)
-    if which not in ("q", "v"):
-        raise TypeError(f"a guess has coordinates and velocities such as `x.v`, not {of!r}")
-    nodes = len(inputs.steps) + 1
-    values = np.asarray(values, dtype=np.float64)
-    if values.shape not in ((), (nodes,)):
-        raise InputError(f"the guess of {of!r} has the shape {values.shape}; a number or {nodes} values, one for each node, are expected")
-    return which == "v", i, np.broadcast_to(values, nodes).tolist()
-
-
 def _refuse(misplaced: dict[str, Any]) -> None:
     """Raises a TypeError about keywords that a problem does not have."""
     for name in misplaced:
         if name in SETTINGS:
             raise TypeError(f"`{name}` is a setting of the solver: write settings={{'{name}': …}}; {_KNOWN}")
-        if name in ("method", "start", "callback", "progress", *OPTIONS):
-            raise TypeError(f"`{name}` is an argument of `minimise`: write problem.minimise({name}=…); {_KNOWN}")
+        if (of := _ARGUMENTS.get(name)) is not None:
+            raise TypeError(f"`{name}` is an argument of `{of}`: write problem.{of}({name}=…); {_KNOWN}")
         raise TypeError(f"a problem has no argument `{name}`{suggestion(name, ('bounds', 'constraints', 'settings', 'guess', 'costs'))}")
 
 
@@ -241,6 +290,7 @@ def _options(options: dict[str, Any]) -> dict[str, Any]:
     for name in options:
         if name not in OPTIONS:
             problem = f"`{name}` is a setting of the solver: write settings={{'{name}': …}}" if name in SETTINGS else f"there is no option `{name}`"
+            problem = f"`{name}` is an argument of `{_ARGUMENTS[name]}`" if name in _ARGUMENTS else problem
             raise TypeError(f"{problem}; {_KNOWN}")
     return options
 

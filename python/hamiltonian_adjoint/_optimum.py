@@ -15,6 +15,8 @@ from ._words import counted
 # The largest number of outputs and of parameters that an optimum lists.
 _OUTPUTS = 5
 _PARAMETERS = 10
+# The largest number of attempts that an optimum lists.
+_ATTEMPTS = 10
 # Outputs are off if they violate their limits by more.
 _OFF = 1e-9
 # By the reason why the method stopped.
@@ -22,6 +24,7 @@ _WHAT_TO_DO = {
     "the iteration limit was reached": "allow more `iterations`",
     "stopped by a callback": "continue from x: `minimise(start=found.x)` of a `Problem`",
 }
+_AFTER_SOLVE = "try several `starts`, another `guess`, more `iterations`, a longer duration, or wider bounds"
 
 
 class Iterate(NamedTuple):
@@ -36,8 +39,21 @@ class Iterate(NamedTuple):
     evaluations: int
 
 
+class Attempt(NamedTuple):
+    """What `solve` tried: a number of segments or one motion, the reason why it stopped, J and the largest violation of a constraint at its end, the number
+    of iterations, and whether segments met whose controls violate the constraints as a single motion, because that is unstable.
+    """
+
+    what: str
+    reason: str
+    value: float
+    violation: float
+    iterations: int
+    unstable: bool
+
+
 class Optimum:
-    """The result of `minimise`, converged or not: the best point and how it was found.
+    """The result of `solve` and `minimise`, converged or not: the best point and how it was found.
 
     - `converged`: True if the gradient is small or the target was reached, and the constraints hold;
     - `reason`: why the method stopped; `message`: the reason, counts, and numbers;
@@ -48,7 +64,8 @@ class Optimum:
     - `violation`: the largest violation of a constraint; `multipliers`: w of the Lagrangian J + wᵀ constraints;
     - `iterations`, `evaluations`, `gradients`, `products`: the numbers of iterations, simulations, gradients and products of the Hessian;
     - `history`: the start and all iterates; `first_failure`: the error of the first point that could not be computed;
-    - `warnings`: kinds and messages of warnings about the motion of `inputs`.
+    - `warnings`: kinds and messages of warnings about the motion of `inputs`;
+    - `attempts`: what `solve` tried, in this order; empty for other methods.
 
     Only 'Levenberg-Marquardt' has other values than None in
 
@@ -79,6 +96,7 @@ class Optimum:
     history: list[Iterate]
     warnings: list[tuple[str, str]]
     first_failure: str | None
+    attempts: list[Attempt]
     standard_errors: Array | None
     absolute_errors: Array | None
     covariance: Array | None
@@ -87,6 +105,8 @@ class Optimum:
     grid_shifts: Array | None
     undetermined: list[str] | None
     jacobian: Array | None
+    # The attempts as a table.
+    _table: str = ""
 
     def __init__(self, systems: list[System], attributes: dict[str, Any], scales: dict[str, tuple[float, bool]]) -> None:
         self.__dict__.update(attributes)
@@ -95,6 +115,7 @@ class Optimum:
         self.trials = [Inputs._of(system, inputs) for system, inputs in zip(systems, attributes["inputs"])]
         self.inputs = self.trials[0]
         self.history = [Iterate(*of) for of in attributes["history"]]
+        self.attempts = [Attempt(*of) for of in attributes.get("attempts", ())]
 
     def plot(self, ax: Any = None) -> Any:
         """Draws value, violation and stationarity of all iterates by matplotlib. Returns an array of two axes."""
@@ -105,7 +126,7 @@ class Optimum:
     def __repr__(self) -> str:
         lines = self._off() if self.chi_squared is None else self._parameters()
         message = self.message.replace(", after ", ",\n  after ", 1).replace("): ", "):\n  ", 1)
-        return "\n  ".join([f"<optimum: {message}>", *lines])
+        return "\n  ".join([f"<optimum: {message}>", *lines, *self._tried()])
 
     def _off(self) -> Iterator[str]:
         """The outputs that violate their limits, the worst first."""
@@ -118,7 +139,13 @@ class Optimum:
         if len(off) > _OUTPUTS:
             yield f"… and {counted(len(off) - _OUTPUTS, 'other output')}"
         if off:
-            yield _WHAT_TO_DO.get(self.reason, "try another start, a longer duration, or wider bounds")
+            what_to_do = _WHAT_TO_DO.get(self.reason, "try another start, a longer duration, or wider bounds")
+            yield _AFTER_SOLVE if self.attempts and "callback" not in self.reason else what_to_do
+
+    def _tried(self) -> list[str]:
+        """The table of attempts."""
+        lines, left = self._table.splitlines(), len(self.attempts) - _ATTEMPTS
+        return lines if left <= 0 else [*lines[: 1 + _ATTEMPTS], f"… and {counted(left, 'other attempt')}"]
 
     def _parameters(self) -> Iterator[str]:
         """The quantities that are fitted, not their scaled variables, with standard errors."""

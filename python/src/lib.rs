@@ -16,6 +16,7 @@ mod progress;
 mod robot;
 mod scene;
 mod signals;
+mod solve;
 mod solver;
 mod variables;
 
@@ -44,6 +45,7 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(optimise::minimise, module)?)?;
     module.add_function(wrap_pyfunction!(optimise::multi_start, module)?)?;
     module.add_function(wrap_pyfunction!(optimise::homotopy, module)?)?;
+    module.add_function(wrap_pyfunction!(solve::solve, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     Ok(())
 }

@@ -21,7 +21,7 @@ use crate::progress::Bar;
 use crate::signals::{Signals, on_all_cores};
 
 /// Options from keywords.
-fn options(given: &Bound<'_, PyDict>) -> PyResult<Options> {
+pub(crate) fn options(given: &Bound<'_, PyDict>) -> PyResult<Options> {
     let mut options = Options::default();
     for (name, value) in given.iter() {
         match name.extract::<String>()?.as_str() {
@@ -64,7 +64,10 @@ fn run(
 }
 
 /// A callback of a method that examines signals and calls a function of Python, whose exception is kept.
-fn watcher(signals: &Signals, callback: Option<Py<PyAny>>) -> impl FnMut(&Iterate, &[f64]) -> ControlFlow<()> + Send {
+pub(crate) fn watcher(
+    signals: &Signals,
+    callback: Option<Py<PyAny>>,
+) -> impl FnMut(&Iterate, &[f64]) -> ControlFlow<()> + Send {
     let (signals, mut examine) = (signals.clone(), signals.watcher());
     move |at, x| {
         examine()?;
@@ -129,7 +132,7 @@ pub(crate) fn multi_start<'py>(
     done.into_iter().map(|solved| described(py, &statement, &known, &solved.map_err(raised)?)).collect()
 }
 
-fn stopped(stop: &AtomicBool) -> ControlFlow<()> {
+pub(crate) fn stopped(stop: &AtomicBool) -> ControlFlow<()> {
     if stop.load(Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
@@ -179,7 +182,7 @@ fn iterate(at: &Iterate) -> (f64, f64, f64, f64, usize) {
     (at.value, at.violation, at.stationarity, at.step, at.evaluations)
 }
 
-fn described<'py>(
+pub(crate) fn described<'py>(
     py: Python<'py>,
     statement: &Statement,
     problem: &Problem,

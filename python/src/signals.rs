@@ -12,7 +12,7 @@ use crate::progress::Bar;
 /// Signals are examined at most this often, because another thread may hold the lock of the interpreter.
 const EVERY: Duration = Duration::from_millis(50);
 /// The stack of a thread that computes in the background, bytes: not less than that of the main thread.
-const STACK: usize = 16 << 20;
+pub(crate) const STACK: usize = 16 << 20;
 /// Approximate time between two readings of the clock; slower calls read it each time.
 const READ_EVERY: Duration = Duration::from_millis(1);
 

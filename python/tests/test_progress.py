@@ -80,6 +80,10 @@ def test_optimisers_show_iterates(shown):
     problem = ha.Problem(system, inputs, [force])
     problem.homotopy(lambda inputs, s: None, progress=True, iterations=3)
     assert "iterates: " in shown()
+    alone = problem.solve(starts=3, iterations=20)
+    assert problem.solve(starts=3, iterations=20, progress=True).value == alone.value
+    text = shown()
+    assert "iterates: " in text and "stationarity=" in text and "nan" not in text
     starts = [problem.start + of for of in np.linspace(0.0, 1.0, 100)]
     expected = problem.multi_start(starts, "L-BFGS", iterations=20)
     found = problem.multi_start(starts, "L-BFGS", iterations=20, progress=True)
