@@ -96,6 +96,7 @@ mod model;
 mod motion;
 mod node;
 mod number;
+mod operating_point;
 pub mod optimize;
 pub mod paper_system;
 mod program;
@@ -124,6 +125,7 @@ pub use motion::{
     Compliance, Composition, Grid, Held, Inputs, Occurrence, Progress, Report, Start, States, Task, Trajectory,
 };
 pub use number::{Arithmetic, Cx, Hyper, Real, Scalar};
+pub use operating_point::{Equilibrium, LinearModel, Sensitivity};
 pub use scene::{EndState, Scene, axis, planar, scenes, spatial};
 pub use scheme::Scheme;
 pub use settings::Settings;

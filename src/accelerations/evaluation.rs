@@ -12,8 +12,8 @@ use super::state::{State, without_sigma};
 use crate::motion::Compliances;
 use crate::number::{Real, all_finite};
 use crate::system::{
-    AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, Depends, NodeValues, NodeView, Pair,
-    SecondOrderEquations, acceleration_tangent,
+    AccelerationEquations, AccelerationSecondOrder, CostRows, Covector, NodeValues, NodeView, Pair, SecondOrderEquations,
+    acceleration_tangent,
 };
 use crate::{Error, System};
 
@@ -83,18 +83,43 @@ impl Accelerations {
         at: &NodeView<f64>,
         (node, compliance): (usize, &Compliances),
     ) -> Result<(), Error> {
+        self.evaluate_under(system, at, (node, compliance), &[])
+    }
+
+    /// Computes v̇ and λ under additional forces on the coordinates, N or N m; an empty list stands for none.
+    ///
+    /// # Errors
+    /// As [`evaluate`](Self::evaluate).
+    pub(crate) fn evaluate_under(
+        &mut self,
+        system: &System,
+        at: &NodeView<f64>,
+        place: (usize, &Compliances),
+        forces: &[f64],
+    ) -> Result<(), Error> {
+        self.right(system, at, place.0)?;
+        let Accelerations { state, x, .. } = self;
+        state.right.v.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);
+        state.factor(system, at, place)?;
+        state.solve(system, x);
+        Ok(())
+    }
+
+    /// Computes r, the right-hand side for v̇ and λ at a state.
+    ///
+    /// # Errors
+    /// Forces that are not finite.
+    pub(crate) fn right(&mut self, system: &System, at: &NodeView<f64>, node: usize) -> Result<&Pair, Error> {
         if !self.is_ready {
             self.prepare(system, at)?;
         }
-        let Accelerations { state, equations, x, .. } = self;
+        let Accelerations { state, equations, .. } = self;
         equations.right(system, &without_sigma(at, &state.zeros), &mut state.right);
         if !all_finite(&state.right.v) || !all_finite(&state.right.sigma) {
             let unknown = Error::Overflow { what: "a force".into(), value: f64::NAN };
             return Err(system.find_not_finite(&at.without_momenta(), node).unwrap_or(unknown));
         }
-        state.factor(system, at, (node, compliance))?;
-        state.solve(system, x);
-        Ok(())
+        Ok(&state.right)
     }
 
     /// A state with the v̇ and λ computed last.
@@ -173,13 +198,29 @@ impl Accelerations {
 
     /// v̇ and λ of the last state, which is `at`, and their changes along a direction.
     pub(crate) fn along(&mut self, system: &System, at: &NodeView<f64>, along: &NodeView<f64>) -> [&Pair; 2] {
+        self.along_under(system, (at, along), &[]);
+        [&self.x, &self.adjoint]
+    }
+
+    /// Changes of f and g along a direction, for constant v̇ and λ, at a state at which r, or v̇ and λ, were computed.
+    pub(crate) fn changes(&mut self, system: &System, (at, along): (&NodeView<f64>, &NodeView<f64>), x: &Pair) -> &Pair {
+        let Accelerations { state, second, .. } = self;
+        change(state, second, system, (at, along), x);
+        &state.right
+    }
+
+    /// Change of v̇ and λ along a direction, with a change of additional forces, at the state of [`evaluate_under`](Self::evaluate_under).
+    pub(crate) fn along_under(
+        &mut self,
+        system: &System,
+        (at, along): (&NodeView<f64>, &NodeView<f64>),
+        forces: &[f64],
+    ) -> &Pair {
         let Accelerations { state, second, x, adjoint, .. } = self;
-        let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
-        let elements = &state.linearisation.evaluation.formulas(system).elements;
-        let second = second.get_or_insert_with(|| AccelerationSecondOrder::fixed(system, elements, at.design));
-        second.changes((system, elements), (&here, along), &mut state.right);
+        change(state, second, system, (at, along), x);
+        state.right.v.iter_mut().zip(forces).for_each(|(sum, force)| *sum += force);
         state.solve(system, adjoint);
-        [x, adjoint]
+        adjoint
     }
 
     /// Changes along a direction, including the change of v̇ and λ, of the contributions that [`pull_back`](Self::pull_back) adds to `first`. `rows`
@@ -261,33 +302,16 @@ impl Accelerations {
     }
 }
 
-/// v̇ and λ for costs; the workspace is created at the first cost that may need them.
-#[derive(Default)]
-pub(crate) struct AccelerationsOfCosts {
-    pub(crate) own: Option<Box<Accelerations>>,
-    /// The error because of which they are missing, if the costs may not need them.
-    pub(crate) missing: Option<Error>,
-    /// True if programs compute their derivatives on lifted numbers, false for the plain formulas.
-    pub(crate) by_programs: bool,
-}
-
-impl AccelerationsOfCosts {
-    /// Result of `find` for a state; `None` if it fails but may not be needed. If it is needed, the value of the cost becomes NaN.
-    pub(crate) fn find<T>(
-        &mut self,
-        system: &System,
-        uses: Depends,
-        find: impl FnOnce(&mut Accelerations) -> Result<T, Error>,
-    ) -> Result<Option<T>, Error> {
-        let own = self.own.get_or_insert_with(|| Box::new(Accelerations::new(system)));
-        match find(own) {
-            Ok(found) => Ok(Some(found)),
-            Err(error) if uses == Depends::Perhaps => {
-                own.forget();
-                self.missing = Some(error);
-                Ok(None)
-            }
-            Err(error) => Err(error),
-        }
-    }
+/// Writes the changes of f and g along a direction, for constant v̇ and λ, to the right-hand side.
+fn change(
+    state: &mut State,
+    second: &mut Option<AccelerationSecondOrder>,
+    system: &System,
+    (at, along): (&NodeView<f64>, &NodeView<f64>),
+    x: &Pair,
+) {
+    let here = NodeView { v_dot: &x.v, lambda: &x.sigma, ..without_sigma(at, &state.zeros) };
+    let elements = &state.linearisation.evaluation.formulas(system).elements;
+    let second = second.get_or_insert_with(|| AccelerationSecondOrder::fixed(system, elements, at.design));
+    second.changes((system, elements), (&here, along), &mut state.right);
 }

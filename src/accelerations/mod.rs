@@ -2,9 +2,11 @@
 
 mod evaluation;
 mod events;
+mod of_costs;
 mod state;
 mod sums;
 
-pub(crate) use evaluation::{Accelerations, AccelerationsOfCosts};
+pub(crate) use evaluation::Accelerations;
 pub(crate) use events::EventFunctions;
+pub(crate) use of_costs::AccelerationsOfCosts;
 pub(crate) use sums::{CostSum, check_sums};

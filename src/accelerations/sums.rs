@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::evaluation::{Accelerations, AccelerationsOfCosts};
+use super::{Accelerations, AccelerationsOfCosts};
 use crate::motion::{Compliances, Refinement};
 use crate::number::Real;
 use crate::system::{Beside, CostFactors, CostRows, Depends, NodeValues, NodeView, Weights};

@@ -76,7 +76,7 @@ impl Place {
 #[derive(Clone, Debug)]
 pub(crate) struct Columns {
     pub(crate) q: DMatrix<f64>,
-    v: DMatrix<f64>,
+    pub(crate) v: DMatrix<f64>,
     pub(crate) p_star: DMatrix<f64>,
     design: DMatrix<f64>,
 }
@@ -177,6 +177,16 @@ impl Retraction {
     /// The coordinates of the last state.
     pub(crate) fn q(&self) -> &[f64] {
         &self.at.q
+    }
+
+    /// The changes of all coordinates with each ζ_i at the last state (n × n − rank Φ_q).
+    pub(crate) fn motions(&self) -> DMatrix<f64> {
+        self.at.inverse.columns(0, self.freedoms()).into_owned()
+    }
+
+    /// λ, for all equations, of forces r on all coordinates at the last state, so that r − Φ_qᵀ λ acts on independent coordinates only.
+    pub(crate) fn reactions(&self, forces: &DVector<f64>) -> Vec<f64> {
+        self.solve_transposed(forces)
     }
 
     fn phi_q(&self) -> DMatrix<f64> {

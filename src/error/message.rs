@@ -110,6 +110,47 @@ impl fmt::Display for Error {
                 "`{coordinate}` cannot be held at the start, because the constraints and the other held coordinates determine it; hold at most one \
                  coordinate for each degree of freedom"
             ),
+            Error::NotIndependent { coordinate } => write!(
+                f,
+                "`{coordinate}` is not independent, because the constraints and the other chosen coordinates determine it; choose at most one coordinate \
+                 for each degree of freedom"
+            ),
+            Error::InadmissibleState { equation, violation, tolerance, is_rate } => write!(
+                f,
+                "the state violates {}{equation} by {violation:.3e} (tolerance {tolerance:.1e}); use a state that satisfies the constraints, for example \
+                 `Mechanics::at_start` of a start assembled from a guess (`Start::Assembled`)",
+                if *is_rate { "the rate of " } else { "" }
+            ),
+            Error::NoEquilibrium { coordinate, force, time } => write!(
+                f,
+                "no equilibrium was found at t = {} s: a force of {force:.3e} on `{coordinate}` remains unbalanced; hold this coordinate, change the controls, \
+                 or begin nearer to the equilibrium",
+                seconds(*time)
+            ),
+            Error::NeutralEquilibrium { coordinates } => write!(
+                f,
+                "the equilibrium is not isolated, because no force changes if these coordinates move: {}; hold one of them for each independent motion",
+                coordinates.join(", ")
+            ),
+            Error::NoControl { coordinates, controls, is_singular, time } => write!(
+                f,
+                "at t = {} s the controls {} do not determine the accelerations of {}: {}",
+                seconds(*time),
+                controls.join(", "),
+                coordinates.join(", "),
+                if *is_singular {
+                    "they have no influence on one of them, or the same influence on several; choose other controls, or, if a spring is between motor and \
+                     coordinate, find the controls by `optimize::solve` with readings of the coordinates"
+                } else {
+                    "Newton's method finds no controls with these accelerations; begin with controls nearer to the solution"
+                }
+            ),
+            Error::MovingConstraint { equation, rate, time } => write!(
+                f,
+                "there is no equilibrium at t = {} s, because {equation} depends on time there ({rate:.3e}); replace the drive by a constant constraint, or \
+                 choose a time at which it rests",
+                seconds(*time)
+            ),
             Error::NotFree { quantity, equation } => write!(
                 f,
                 "`{quantity}` cannot be free if the start is given, because any other value would violate {equation}; use `Start::assembled`, which adjusts the start to this quantity (an initial coordinate that is free must also be held with `Start::hold`)"

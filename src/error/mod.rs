@@ -168,6 +168,56 @@ pub enum Error {
         /// The coordinate.
         coordinate: String,
     },
+    /// A coordinate that should be independent is determined by the constraints and the other chosen coordinates.
+    NotIndependent {
+        /// The coordinate.
+        coordinate: String,
+    },
+    /// A state violates a constraint: Φ(q, t) ≠ 0 or dΦ/dt(q, v, t) ≠ 0.
+    InadmissibleState {
+        /// The constraint equation that is violated most.
+        equation: String,
+        /// Value of this equation, m or rad, or its rate, m/s or rad/s.
+        violation: f64,
+        /// The tolerance.
+        tolerance: f64,
+        /// True if the rate of the equation is violated.
+        is_rate: bool,
+    },
+    /// No equilibrium was found near a configuration.
+    NoEquilibrium {
+        /// The coordinate with the largest force that nothing balances.
+        coordinate: String,
+        /// This force, N or N m: the force on motions of the coordinate in which the other independent coordinates rest.
+        force: f64,
+        /// The time, s.
+        time: f64,
+    },
+    /// An equilibrium is not isolated: no force changes if these coordinates move.
+    NeutralEquilibrium {
+        /// The coordinates that move.
+        coordinates: Vec<String>,
+    },
+    /// Controls do not determine the accelerations of coordinates.
+    NoControl {
+        /// The coordinates.
+        coordinates: Vec<String>,
+        /// The controls.
+        controls: Vec<String>,
+        /// True if the controls have no or the same influence on these accelerations, false if their equations have no solution.
+        is_singular: bool,
+        /// The time, s.
+        time: f64,
+    },
+    /// A constraint depends on time at the requested time, so that the mechanism cannot be at rest.
+    MovingConstraint {
+        /// The constraint equation.
+        equation: String,
+        /// Its rate (m/s, rad/s), its second derivative by time, or a derivative of its rate by a coordinate, whichever does not vanish.
+        rate: f64,
+        /// The time, s.
+        time: f64,
+    },
     /// A free variable of a given start is determined by a constraint: no change of the other free variables could keep the constraint
     /// satisfied if this variable changes.
     NotFree {

@@ -43,7 +43,7 @@ mod tests;
 pub(crate) use block_lu::BlockLu;
 #[cfg(test)]
 pub(crate) use dense_lu::DenseLu;
-pub(crate) use eigen::eigen;
+pub(crate) use eigen::{eigen, eigenvalues};
 pub(crate) use equilibrate::equilibrate;
 pub(crate) use factorization::{Breakdown, Factorization};
 pub(crate) use gmres::gmres;

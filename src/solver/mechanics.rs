@@ -9,7 +9,7 @@ use crate::redundancy::{Scaled, mass_matrix};
 use crate::scene::planar::Point;
 use crate::scene::spatial::{Marker, MarkerState};
 use crate::system::{NodeView, Pair, Sums};
-use crate::{Error, Inputs, Multiplier, Param, Settings, System, Trajectory};
+use crate::{Error, Grid, Inputs, Multiplier, Param, Settings, Start, System, Trajectory};
 
 /// The mechanics of a system at one state: constraints, energies, momenta, accelerations and reactions, positions of points.
 ///
@@ -40,6 +40,8 @@ pub struct Mechanics {
     design: Vec<f64>,
     /// The equations that are open.
     open: Vec<usize>,
+    /// True for a node of a motion, whose positions may have drifted from Φ = 0.
+    is_node: bool,
 }
 
 impl Mechanics {
@@ -58,6 +60,7 @@ impl Mechanics {
             t: 0.0,
             design,
             open: system.open_at_start(),
+            is_node: false,
         };
         check("q", system.n(), q)?;
         check("v", system.n(), v)?;
@@ -95,6 +98,7 @@ impl Mechanics {
         }
         let mut here = Self::new(system, column(&motion.q, node), column(&motion.v, node))?.at_time(motion.times[node])?;
         here.open = open(motion.compliance_from(node)).collect();
+        here.is_node = true;
         here.with_controls(inputs.controls_at(node))?.with_design(inputs.design.as_slice())
     }
 
@@ -195,7 +199,7 @@ impl Mechanics {
     /// A singular mass matrix or configuration, or forces that are not finite.
     pub fn accelerations(&self) -> Result<(DVector<f64>, DVector<f64>), Error> {
         let (mut accelerations, none) = (Accelerations::new(&self.system), vec![0.0; self.system.m()]);
-        accelerations.evaluate(&self.system, &self.view(&none), (0, &with_open(&[], &self.open)))?;
+        accelerations.evaluate(&self.system, &self.view(&none), (0, &self.compliances()))?;
         let Pair { v, sigma } = accelerations.found();
         Ok((DVector::from_vec(v), DVector::from_vec(sigma)))
     }
@@ -310,7 +314,43 @@ impl Mechanics {
         (place, at)
     }
 
-    fn view<'a>(&'a self, sigma: &'a [f64]) -> NodeView<'a, f64> {
+    /// The system.
+    pub(crate) fn system(&self) -> &System {
+        &self.system
+    }
+
+    /// Inputs of a motion that starts here with constant controls, with a grid of one step.
+    pub(crate) fn inputs(&self) -> Inputs {
+        let grid = Grid::new(self.t, vec![1.0]);
+        let (q, v) = (DVector::from_column_slice(&self.q), DVector::from_column_slice(&self.v));
+        let mut inputs =
+            Inputs { start: Start::Velocity { q, v }, open: self.open(), ..Inputs::at_rest(&self.system, grid) };
+        inputs.design.copy_from_slice(&self.design[..self.system.designs()]);
+        inputs.controls.column_iter_mut().for_each(|mut column| column.copy_from_slice(&self.u));
+        inputs
+    }
+
+    /// The state at rest at other coordinates.
+    ///
+    /// # Errors
+    /// Coordinates that are not finite.
+    pub(crate) fn resting_at(&self, q: &[f64]) -> Result<Self, Error> {
+        check("q", self.system.n(), q)?;
+        Ok(Mechanics { q: q.to_vec(), v: vec![0.0; q.len()], is_node: false, ..self.clone() })
+    }
+
+    /// True for a node of a motion, whose positions may have drifted from Φ = 0.
+    pub(crate) fn is_node(&self) -> bool {
+        self.is_node
+    }
+
+    /// The compliances of the open equations.
+    pub(crate) fn compliances(&self) -> Vec<(usize, f64)> {
+        with_open(&[], &self.open)
+    }
+
+    /// The state with these multipliers.
+    pub(crate) fn view<'a>(&'a self, sigma: &'a [f64]) -> NodeView<'a, f64> {
         NodeView::of_equations([&self.q, &self.v, sigma], (&self.u, self.t, &self.design))
     }
 

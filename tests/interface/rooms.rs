@@ -29,6 +29,7 @@ const ROOMS: &[&str] = &[
     "forward",
     "paper_system",
     "solver",
+    "operating_point",
     "estimate",
     "optimize",
     "check",

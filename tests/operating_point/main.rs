@@ -1,0 +1,12 @@
+//! The linearised motion about a state, and equilibria.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod cases;
+mod equilibrium;
+mod held;
+mod inverse;
+mod linear;
+mod refused;
+mod stability;
