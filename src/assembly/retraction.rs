@@ -184,6 +184,12 @@ impl Retraction {
         self.at.inverse.columns(0, self.freedoms()).into_owned()
     }
 
+    /// The change of dependent coordinates that reduces Φ to zero with G of the last state; `None` before the first one.
+    pub(crate) fn correction(&self, phi: &[f64]) -> Option<DVector<f64>> {
+        let none = vec![0.0; self.freedoms()];
+        (self.at.inverse.nrows() == self.system.n()).then(|| -self.solve(&none, phi))
+    }
+
     /// λ, for all equations, of forces r on all coordinates at the last state, so that r − Φ_qᵀ λ acts on independent coordinates only.
     pub(crate) fn reactions(&self, forces: &DVector<f64>) -> Vec<f64> {
         self.solve_transposed(forces)

@@ -213,7 +213,7 @@ pub enum Error {
     MovingConstraint {
         /// The constraint equation.
         equation: String,
-        /// Its rate (m/s, rad/s), its second derivative by time, or a derivative of its rate by a coordinate, whichever does not vanish.
+        /// Its rate at rest, m/s or rad/s, or, if that is zero, the derivative of the rate by time.
         rate: f64,
         /// The time, s.
         time: f64,

@@ -1,10 +1,10 @@
 //! The way to a stable equilibrium: steps along the forces, in every motion of the size that its stiffness allows.
 //!
 //! ```text
-//!   δ = Σ (x_iᵀ g) x_i / (|κ_i| + μ)          κ_i, x_i: eigenvalues and eigenvectors of (k + kᵀ)/2
+//!   δ = Σ (x_iᵀ g) x_i / (max(|κ_i|, ε) + μ)          κ_i, x_i: eigenvalues and eigenvectors of (k + kᵀ)/2
 //! ```
 //!
-//! With |κ_i| the steps leave maxima and saddles. μ grows until the work of the forces during the step is close to that of the linear forces. Near an
+//! With |κ_i| the steps leave maxima and saddles, and ε keeps steps of soft motions short. μ grows until the work of the forces during the step is close to that of the linear forces. Near an
 //! equilibrium at which all κ_i are positive, Newton's method takes over.
 
 use nalgebra::{DVector, Dyn, SymmetricEigen};
@@ -15,6 +15,8 @@ use crate::Error;
 use crate::linear::eigen;
 
 const MOST_STEPS: usize = 500;
+/// Longest step of one motion, relative to the largest coordinate.
+const LONGEST: f64 = 0.5;
 /// Newton's method takes over below this step, relative to the largest coordinate …
 const CLOSE: f64 = 1e-4;
 /// … and a maximum or saddle is left by a step of this size.
@@ -32,12 +34,12 @@ impl Statics {
         let (mut here, mut shift) = (self.balance(&from.state)?, 0.0);
         for _ in 0..MOST_STEPS {
             let Some(modes) = here.modes() else { return self.newton(&here)?.ok_or_else(|| here.unbalanced()) };
-            let most = modes.eigenvalues.amax();
-            let (by, predicted) = step(&here, &modes, shift);
+            let soft = (&here.free * &here.force).amax() / (LONGEST * here.size());
+            let (least, most) = (modes.eigenvalues.imin(), modes.eigenvalues.amax());
+            let (by, predicted) = step(&here, &modes, soft, shift);
             if by.amax() <= CLOSE * here.size() {
-                let least = modes.eigenvalues.imin();
                 if modes.eigenvalues[least] >= -NEUTRAL * most {
-                    if let Some(found) = self.newton(&here)?.filter(|found| found.is_stiff()) {
+                    if let Some(found) = self.newton(&here)?.filter(Balance::is_stiff) {
                         return Ok(found);
                     }
                 } else {
@@ -48,6 +50,7 @@ impl Statics {
                 }
             }
             let next = self.moved(&here, &by).ok().map(|next| (next.work_since(&here) / predicted, next));
+            let most = most.max(soft);
             match next {
                 Some((ratio, next)) if (0.1..10.0).contains(&ratio) => {
                     shift = if (0.5..2.0).contains(&ratio) { 0.1 * shift } else { shift };
@@ -62,24 +65,20 @@ impl Statics {
     }
 }
 
-/// The step with this shift, and the work of the linear forces during it.
-fn step(here: &Balance, modes: &SymmetricEigen<f64, Dyn>, shift: f64) -> (DVector<f64>, f64) {
-    let most = modes.eigenvalues.amax();
+/// The step with these ε and μ, and the work of the linear forces during it.
+fn step(here: &Balance, modes: &SymmetricEigen<f64, Dyn>, soft: f64, shift: f64) -> (DVector<f64>, f64) {
     let in_modes = modes.eigenvectors.tr_mul(&here.force);
-    let flexibility = |kappa: f64| if kappa.abs() + shift > NEUTRAL * most { (kappa.abs() + shift).recip() } else { 0.0 };
-    let of_modes = in_modes.zip_map(&modes.eigenvalues, |force, kappa| force * flexibility(kappa));
-    let work =
-        of_modes.iter().zip(in_modes.iter().zip(&modes.eigenvalues)).map(|(x, (g, kappa))| x * g - 0.5 * kappa * x * x);
-    (&here.free * (&modes.eigenvectors * &of_modes), work.sum())
+    let stiffness = |kappa: f64| (kappa.abs().max(soft) + shift).max(f64::MIN_POSITIVE);
+    let of_modes = in_modes.zip_map(&modes.eigenvalues, |force, kappa| force / stiffness(kappa));
+    let of_mode = |i: usize| of_modes[i] * (in_modes[i] - 0.5 * modes.eigenvalues[i] * of_modes[i]);
+    (&here.free * (&modes.eigenvectors * &of_modes), (0..in_modes.len()).map(of_mode).sum())
 }
 
 impl Balance {
+    /// Eigenvalues and eigenvectors of the symmetric part of k; `None` without free motions.
     fn modes(&self) -> Option<SymmetricEigen<f64, Dyn>> {
-        let scale = self.stiffness.amax();
-        if scale == 0.0 {
-            return None;
-        }
-        let mut modes = eigen(0.5 / scale * (&self.stiffness + self.stiffness.transpose()))?;
+        let scale = self.scale();
+        let mut modes = eigen(0.5 * (&self.stiffness + self.stiffness.transpose()) / scale)?;
         modes.eigenvalues *= scale;
         Some(modes)
     }

@@ -113,7 +113,7 @@ impl Mechanics {
     ) -> Result<Equilibrium, Error> {
         let system = self.system();
         let start = self.assembled(held, "Mechanics::equilibrium")?;
-        let mut statics = Statics::new(system, held.iter().map(Coordinate::index).collect());
+        let mut statics = Statics::new(&start, held.iter().map(Coordinate::index).collect())?;
         let start = statics.balance(&start)?;
         let found = search(&mut statics, &start)?;
         found.check()?;

@@ -6,6 +6,7 @@ use super::indices;
 use crate::accelerations::Accelerations;
 use crate::error::quoted;
 use crate::number::largest;
+use crate::redundancy::decomposition;
 use crate::system::NodeView;
 use crate::{Control, Coordinate, Error, Mechanics};
 
@@ -137,7 +138,8 @@ fn solve(mut matrix: DMatrix<f64>, right: &DVector<f64>) -> Option<DVector<f64>>
             *of_column /= length;
         }
     }
-    if !matrix.iter().all(|x| x.is_finite()) || matrix.singular_values().min() < SINGULAR {
+    let singular_values = decomposition(matrix.clone())?.singular_values;
+    if singular_values.min() < SINGULAR {
         return None;
     }
     matrix.lu().solve(&right).map(|x| x.component_mul(&of_columns))

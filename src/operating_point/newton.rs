@@ -9,6 +9,7 @@ use super::statics::{Balance, Statics};
 use crate::Error;
 use crate::error::quoted;
 use crate::number::largest;
+use crate::redundancy::decomposition;
 
 const MOST_STEPS: usize = 60;
 const MOST_HALVINGS: i32 = 12;
@@ -30,10 +31,10 @@ impl Statics {
     pub(super) fn newton(&mut self, from: &Balance) -> Result<Option<Balance>, Error> {
         let (mut here, mut last) = (self.balance(&from.state)?, f64::INFINITY);
         for _ in 0..MOST_STEPS {
-            let by = here.newton_step();
+            let Some(by) = here.newton_step() else { return Ok(None) };
             let (of, size) = (by.amax(), here.size());
             if of <= ROUNDING * size || of >= 0.5 * last && of <= STALLED * size {
-                return Ok(Some(here));
+                return Ok((!here.is_pushed()).then_some(here));
             }
             last = of;
             let shares = (0..MOST_HALVINGS).map(|k| 0.5f64.powi(k));
@@ -55,40 +56,45 @@ impl Balance {
         largest(self.state.q()).max(1.0)
     }
 
+    /// The largest entry of k, or the smallest positive number.
+    pub(super) fn scale(&self) -> f64 {
+        self.stiffness.iter().fold(0.0, |most: f64, x| most.max(x.abs())).max(f64::MIN_POSITIVE)
+    }
+
     /// The change of all coordinates in a step of Newton's method, without motions that have no stiffness.
-    fn newton_step(&self) -> DVector<f64> {
-        let still = DVector::zeros(self.forces.len());
+    fn newton_step(&self) -> Option<DVector<f64>> {
         if self.force.is_empty() {
-            return still;
+            return Some(DVector::zeros(self.forces.len()));
         }
-        let svd = self.decomposition();
+        let svd = decomposition(&self.stiffness / self.scale())?;
         let most = svd.singular_values.amax();
-        svd.solve(&self.force, NEUTRAL * most).map_or(still, |step| &self.free * step)
+        svd.solve(&(&self.force / self.scale()), NEUTRAL * most).ok().map(|step| &self.free * step)
     }
 
-    fn decomposition(&self) -> SVD<f64, nalgebra::Dyn, nalgebra::Dyn> {
-        SVD::new(self.stiffness.clone(), true, true)
-    }
-
-    /// Returns an error if a solution of Newton's method is no isolated equilibrium: there are motions without stiffness, and a force on one of them
-    /// remains, or none.
-    pub(super) fn check(&self) -> Result<(), Error> {
-        if self.force.is_empty() {
-            return Ok(());
-        }
-        let SVD { u: Some(left), singular_values, v_t: Some(right) } = self.decomposition() else { return Ok(()) };
-        let most = singular_values.amax();
-        let neutral: Vec<usize> = (0..singular_values.len()).filter(|&i| singular_values[i] <= NEUTRAL * most).collect();
-        let motions: Vec<DVector<f64>> = neutral.iter().map(|&i| &self.free * right.row(i).transpose()).collect();
-        let rounding = |motion: &DVector<f64>| {
-            BALANCED * self.forces.amax() * motion.map(f64::abs).sum() + SHIFTED * most * self.size() / motion.amax()
+    /// Changes of all coordinates in motions without stiffness, each with the force on it.
+    fn neutral(&self) -> Vec<(DVector<f64>, f64)> {
+        let Some(SVD { u: Some(left), singular_values, v_t: Some(right) }) = decomposition(&self.stiffness / self.scale())
+        else {
+            return Vec::new();
         };
-        let force = |i: usize| left.column(i).dot(&self.force).abs();
-        if neutral.iter().zip(&motions).any(|(&i, motion)| force(i) > rounding(motion)) {
-            return Err(self.unbalanced());
-        }
+        let most = singular_values.amax();
+        let neutral = (0..singular_values.len()).filter(|&i| singular_values[i] <= NEUTRAL * most);
+        neutral.map(|i| (&self.free * right.row(i).transpose(), left.column(i).dot(&self.force))).collect()
+    }
+
+    /// True if a force acts on a motion without stiffness.
+    fn is_pushed(&self) -> bool {
+        let shifted = SHIFTED * self.scale() * self.size();
+        let rounding =
+            |motion: &DVector<f64>| BALANCED * self.forces.amax() * motion.map(f64::abs).sum() + shifted / motion.amax();
+        self.neutral().iter().any(|(motion, force)| force.abs() > rounding(motion))
+    }
+
+    /// Returns an error if an equilibrium is not isolated.
+    pub(super) fn check(&self) -> Result<(), Error> {
+        let motions = self.neutral();
         let name = |i: usize| quoted(self.state.system().coordinate_name(i));
-        let moves = |i: &usize| motions.iter().any(|motion| motion[*i].abs() > 1e-6 * motion.amax());
+        let moves = |i: &usize| motions.iter().any(|(motion, _)| motion[*i].abs() > 1e-6 * motion.amax());
         let coordinates: Vec<String> = (0..self.forces.len()).filter(moves).map(name).collect();
         if motions.is_empty() { Ok(()) } else { Err(Error::NeutralEquilibrium { coordinates }) }
     }

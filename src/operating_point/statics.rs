@@ -15,6 +15,12 @@ use crate::redundancy::Scaled;
 use crate::system::{NodeView, Pair};
 use crate::{Error, Mechanics, Settings, System};
 
+/// If dependent coordinates move by more than this with independent ones, in m or rad, others are chosen.
+const AMPLIFIED: f64 = 10.0;
+/// Largest number of corrections without new derivatives; their rounding is below `CLOSE`, m or rad.
+const MOST_CORRECTIONS: usize = 20;
+const CLOSE: f64 = 1e-6;
+
 /// A configuration at rest.
 pub(super) struct Balance {
     pub(super) state: Mechanics,
@@ -37,12 +43,21 @@ pub(super) struct Balance {
 pub(super) struct Statics {
     pub(super) system: System,
     pub(super) held: Vec<usize>,
+    independent: Vec<usize>,
+    retraction: Retraction,
     pub(super) accelerations: Accelerations,
 }
 
 impl Statics {
-    pub(super) fn new(system: &System, held: Vec<usize>) -> Self {
-        Statics { system: system.clone(), held, accelerations: Accelerations::new(system) }
+    /// For configurations near one that satisfies the constraints.
+    ///
+    /// # Errors
+    /// A held coordinate that others determine.
+    pub(super) fn new(state: &Mechanics, held: Vec<usize>) -> Result<Self, Error> {
+        let (system, independent) = (state.system().clone(), independent(state, &held)?);
+        let retraction = Retraction::new(&system, &independent, &state.inputs())?;
+        let accelerations = Accelerations::new(&system);
+        Ok(Statics { system, held, independent, retraction, accelerations })
     }
 
     /// Evaluates a configuration that satisfies the constraints.
@@ -50,20 +65,8 @@ impl Statics {
     /// # Errors
     /// A held coordinate that others determine, a constraint that moves, a singular mass matrix, forces that are not finite.
     pub(super) fn balance(&mut self, state: &Mechanics) -> Result<Balance, Error> {
-        let independent = independent(state, &self.held)?;
-        let inputs = state.inputs();
-        let mut retraction = Retraction::new(&self.system, &independent, &inputs)?;
-        let zeta = independent.iter().flat_map(|&i| [state.q()[i], 0.0]).collect::<Vec<f64>>();
-        retraction.place(&zeta, state.q(), &inputs)?;
-        let state = state.resting_at(retraction.q())?;
-        self.check_rest(&state)?;
-        let none = vec![0.0; self.system.m()];
-        let forces = DVector::from_vec(self.accelerations.right(&self.system, &state.view(&none), 0)?.v.clone());
-        let (motions, lambda) = (retraction.motions(), retraction.reactions(&forces));
-        let free = self.free(&state, &independent, &motions)?;
-        let force = free.tr_mul(&forces);
-        let stiffness = -free.tr_mul(&self.force_changes(&state, &lambda, [&free, &DMatrix::zeros(0, 0)])?);
-        Ok(Balance { state, independent, motions, free, forces, force, stiffness, lambda })
+        self.choose(state)?;
+        self.place(state, state.q())
     }
 
     /// The configuration after a change of coordinates, corrected to satisfy the constraints.
@@ -72,16 +75,58 @@ impl Statics {
     /// As [`balance`](Self::balance), and no such configuration near.
     pub(super) fn moved(&mut self, from: &Balance, by: &DVector<f64>) -> Result<Balance, Error> {
         let near: Vec<f64> = from.state.q().iter().zip(by.iter()).map(|(q, by)| q + by).collect();
-        let zeta = from.independent.iter().flat_map(|&i| [near[i], 0.0]).collect::<Vec<f64>>();
-        let inputs = from.state.inputs();
-        let mut retraction = Retraction::new(&self.system, &from.independent, &inputs)?;
-        retraction.place(&zeta, &near, &inputs)?;
-        let state = from.state.resting_at(retraction.q())?;
-        self.balance(&state)
+        match self.place(&from.state, &near) {
+            Ok(found) if found.motions.amax() > AMPLIFIED => self.balance(&found.state),
+            Ok(found) => Ok(found),
+            Err(_) => {
+                self.choose(&from.state)?;
+                self.place(&from.state, &near)
+            }
+        }
+    }
+
+    /// Chooses independent coordinates at a configuration.
+    fn choose(&mut self, state: &Mechanics) -> Result<(), Error> {
+        self.independent = independent(state, &self.held)?;
+        self.retraction = Retraction::new(&self.system, &self.independent, &state.inputs())?;
+        Ok(())
+    }
+
+    /// Coordinates nearer to Φ = 0, with the derivatives of the last configuration, which cost no factorisation; the given ones if this fails.
+    fn nearer(&self, from: &Mechanics, near: &[f64]) -> Result<Vec<f64>, Error> {
+        let (mut q, mut last) = (near.to_vec(), f64::INFINITY);
+        for _ in 0..MOST_CORRECTIONS {
+            let Some(by) = self.retraction.correction(from.resting_at(&q)?.phi().as_slice()) else { break };
+            if by.amax() < 0.5 * last {
+                q.iter_mut().zip(by.iter()).for_each(|(q, by)| *q += by);
+                last = by.amax();
+            } else {
+                return Ok(if last < CLOSE { q } else { near.to_vec() });
+            }
+        }
+        Ok(q)
+    }
+
+    /// Evaluates the configuration near given coordinates with their independent ones.
+    fn place(&mut self, from: &Mechanics, near: &[f64]) -> Result<Balance, Error> {
+        let near = &self.nearer(from, near)?;
+        let z: Vec<f64> = self.independent.iter().flat_map(|&i| [near[i], 0.0]).collect();
+        self.retraction.place(&z, near, &from.inputs())?;
+        let (state, motions) = (from.resting_at(self.retraction.q())?, self.retraction.motions());
+        self.check_rest(&state)?;
+        let none = vec![0.0; self.system.m()];
+        let forces = DVector::from_vec(self.accelerations.right(&self.system, &state.view(&none), 0)?.v.clone());
+        let lambda = self.retraction.reactions(&forces);
+        let free = self.free(&state, &motions)?;
+        let force = free.tr_mul(&forces);
+        let stiffness = -free.tr_mul(&self.force_changes(&state, &lambda, [&free, &DMatrix::zeros(0, 0)])?);
+        let independent = self.independent.clone();
+        Ok(Balance { state, independent, motions, free, forces, force, stiffness, lambda })
     }
 
     /// P from the motions of free coordinates, by Cholesky factors of their mass matrix.
-    fn free(&self, state: &Mechanics, independent: &[usize], motions: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
+    fn free(&self, state: &Mechanics, motions: &DMatrix<f64>) -> Result<DMatrix<f64>, Error> {
+        let independent = &self.independent;
         let columns: Vec<usize> = (0..independent.len()).filter(|&c| !self.held.contains(&independent[c])).collect();
         let free = motions.select_columns(&columns);
         if free.ncols() == 0 {
@@ -128,7 +173,7 @@ impl Statics {
         if is_finite { Ok(changes) } else { Err(system.find_not_finite(&at, 0).unwrap_or_else(unknown)) }
     }
 
-    /// Returns an error if a constraint moves: Φ_t, Φ_tq or Φ_tt is not zero.
+    /// Returns an error if a constraint moves: Φ_t or Φ_tt is not zero.
     fn check_rest(&mut self, state: &Mechanics) -> Result<(), Error> {
         let (system, none, tolerance) = (&self.system, vec![0.0; self.system.m()], Settings::default().velocity_tolerance);
         let at = state.view(&none);
@@ -138,7 +183,8 @@ impl Statics {
         let moving = |j: &usize| phi_t[*j].abs() > tolerance || second[*j].abs() > tolerance;
         match (0..system.m()).filter(is_closed).find(moving) {
             Some(j) => {
-                let rate = if phi_t[j].abs() > tolerance { phi_t[j] } else { second[j] };
+                // At rest, g = −Φ_tt.
+                let rate = if phi_t[j].abs() > tolerance { phi_t[j] } else { -second[j] };
                 Err(Error::MovingConstraint { equation: system.equation_name(j).to_string(), rate, time: at.t })
             }
             None => Ok(()),

@@ -14,4 +14,4 @@ pub(crate) use closeness::UNDETERMINED;
 pub(crate) use compliances::{COMPLIANCE, SUSPICIOUS, apparent_masses, compliances, flexibilities, masses, sufficient};
 pub(crate) use dependent::{Dependence, Dependent, Losses};
 pub(crate) use pivots::pivots;
-pub(crate) use rank::{RANK, Scaled, can_be_met, is_singular, mass_matrix, near_singular, null_space};
+pub(crate) use rank::{RANK, Scaled, can_be_met, decomposition, is_singular, mass_matrix, near_singular, null_space};

@@ -238,7 +238,7 @@ pub(crate) fn null_space(matrix: &DMatrix<f64>, tolerance: f64) -> DMatrix<f64> 
 }
 
 /// The singular value decomposition of a matrix with entries of order one; `None` if it is empty or not finite.
-fn decomposition(mut matrix: DMatrix<f64>) -> Option<SVD<f64, Dyn, Dyn>> {
+pub(crate) fn decomposition(mut matrix: DMatrix<f64>) -> Option<SVD<f64, Dyn, Dyn>> {
     // nalgebra panics for an empty matrix, and the decomposition of NaN is meaningless.
     if matrix.is_empty() || !matrix.iter().all(|x| x.is_finite()) {
         return None;

@@ -62,7 +62,7 @@ fn a_follower_load_flutters_above_zieglers_load() {
 fn column(stiffness: f64) -> (System, Vec<f64>) {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
-    let mut last = (hamiltonian_adjoint::planar::Frame::from(Body::GROUND), Body::GROUND.at(0.0, 0.0));
+    let mut last = (Body::GROUND, Body::GROUND.at(0.0, 0.0));
     for k in 0..4 {
         let rod = scene.body(&format!("rod {k}"), 1.0, 0.02, [0.0, 0.25 + 0.5 * k as f64, std::f64::consts::FRAC_PI_2]);
         scene.revolute(&format!("hinge {k}"), last.1, rod.at(-0.25, 0.0));
@@ -91,4 +91,25 @@ fn a_column_buckles_under_its_weight_and_comes_to_rest_bent() {
         let (v_dot, _) = rest.state.accelerations().expect("accelerations");
         assert!(v_dot.amax() < 1e-10, "{v_dot}");
     }
+}
+
+/// An arm with a motor at its shoulder, horizontal, where its weight has no stiffness.
+#[test]
+fn a_guess_without_stiffness_leads_to_an_equilibrium() {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -10.0);
+    let arm = scene.body("arm", 2.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("hinge", Body::GROUND.at(0.0, 0.0), arm.at(-0.5, 0.0));
+    let torque = scene.control("torque");
+    scene.torque_actuator("motor", Body::GROUND, arm, torque);
+    let system = scene.compile().expect("a scene");
+    let guess = Mechanics::new(&system, system.initial_coordinates().as_slice(), &[0.0; 3]).expect("a state");
+    for (torque, cosine) in [(5.0, 0.5), (-5.0, -0.5), (9.99, 0.999), (0.0, 0.0)] {
+        let found = guess.clone().with_controls(&[torque]).expect("a torque").equilibrium(&[]).expect("an equilibrium");
+        let phi = found.state.q()[2];
+        assert!((phi.cos() - cosine).abs() < 1e-12, "{torque}: {phi}");
+        assert!(found.is_stable() && phi.sin() < 0.0);
+    }
+    let error = guess.with_controls(&[10.1]).expect("a torque").equilibrium(&[]).expect_err("a strong motor");
+    assert!(matches!(error, hamiltonian_adjoint::Error::NoEquilibrium { .. }), "{error}");
 }
