@@ -9,7 +9,7 @@ use std::slice::{from_raw_parts, from_raw_parts_mut};
 use std::sync::{Mutex, PoisonError};
 
 use hamiltonian_adjoint::Error;
-use hamiltonian_adjoint::optimize::{Interval, Iterate, Options, Outcome, Problem, Reason};
+use hamiltonian_adjoint::optimize::{Interval, Iterate, Options, Outcome, Problem, Reason, Violation};
 use nalgebra::DMatrix;
 
 use crate::interface::{
@@ -379,6 +379,7 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         2 | -2 if violation <= options.violation => Reason::NoLowerValue,
         _ => reason(status)?,
     };
+    let violated = Violation::all(asked.problem, &c);
     let warnings = if asked.value.is_some() { asked.problem.warnings() } else { Vec::new() };
     let Asked { counts: [evaluations, gradients, products], history, halved, failures, first_failure, .. } = asked;
     Ok(Outcome {
@@ -386,6 +387,7 @@ pub fn minimise<P: Problem>(problem: &mut P, start: &[f64], options: &Options, s
         value: found,
         constraints: c,
         violation,
+        violated,
         multipliers,
         reason,
         iterations: history.len() - 1,

@@ -4,9 +4,9 @@ mod violated;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Problem;
 use super::outcome::{Iterate, Options, Outcome, Reason};
 use super::problem::{Interval, largest_violation};
+use super::{Problem, Violation};
 use crate::motion::check_size;
 use crate::{Error, Warning};
 
@@ -307,6 +307,7 @@ impl<'p> Counted<'p> {
         Outcome {
             x,
             value,
+            violated: Violation::all(self.problem, &self.c),
             constraints: self.c,
             violation,
             multipliers,

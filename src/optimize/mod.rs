@@ -58,6 +58,7 @@ mod stages;
 mod trials;
 mod trust_region;
 mod variables;
+mod violation;
 
 pub use augmented_lagrangian::augmented_lagrangian;
 pub use fit::Fit;
@@ -75,3 +76,4 @@ pub use solve::{Attempt, Guess, Search, Solved, solve};
 pub use stages::stages;
 pub use trials::Trials;
 pub use variables::Variables;
+pub use violation::Violation;

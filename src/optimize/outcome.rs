@@ -3,8 +3,11 @@
 use std::fmt;
 use std::ops::ControlFlow;
 
-use super::Problem;
+use super::{Problem, Violation};
 use crate::{Error, Warning};
+
+/// Number of violated constraints that a message names.
+const NAMED: usize = 3;
 
 /// Options of an optimisation method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -149,6 +152,8 @@ pub struct Outcome {
     pub constraints: Vec<f64>,
     /// The largest violation of a constraint.
     pub violation: f64,
+    /// The constraints that do not hold exactly, the largest violation first.
+    pub violated: Vec<Violation>,
     /// The multipliers w of the Lagrangian f + wᵀc.
     pub multipliers: Vec<f64>,
     /// Reason why the method stopped.
@@ -226,6 +231,12 @@ impl Outcome {
         let counted = |number: &usize, noun| format!("{number} {noun}{}", if *number == 1 { "" } else { "s" });
         let counts = [(evaluations, "value"), (gradients, "gradient"), (products, "product")].map(|(n, of)| counted(n, of));
         write!(f, "{reason}, after {} ({}): {result}", counted(iterations, "iteration"), counts.join(", "))?;
+        if !reason.is_converged() && !self.violated.is_empty() {
+            let named: Vec<String> = self.violated.iter().take(NAMED).map(Violation::to_string).collect();
+            let more = self.violated.len().saturating_sub(NAMED);
+            let others = if more > 0 { format!("; and {more} more") } else { String::new() };
+            write!(f, "; {}{others}", named.join("; "))?;
+        }
         match &self.first_failure {
             Some(error) if matches!(reason, Reason::NoStart | Reason::NoDerivative) => write!(f, "; {error}"),
             _ => Ok(()),

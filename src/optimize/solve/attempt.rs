@@ -3,7 +3,7 @@
 use super::super::free::Quantity;
 use super::super::problem::{Problem, largest_violation};
 use super::super::stages::{feasible, stages, stages_from};
-use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Watcher, interior_point};
+use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Violation, Watcher, interior_point};
 use super::guess::Line;
 use crate::Error;
 
@@ -153,7 +153,8 @@ fn restated(problem: &mut MotionProblem, found: Outcome, start: &[f64]) -> Outco
     let value = evaluated.unwrap_or(f64::INFINITY);
     let violation = largest_violation(&intervals, &constraints);
     let multipliers = found.multipliers[..intervals.len()].to_vec();
-    Outcome { x, value, constraints, violation, multipliers, reason, warnings: problem.warnings(), ..found }
+    let (violated, warnings) = (Violation::all(problem, &constraints), problem.warnings());
+    Outcome { x, value, constraints, violation, violated, multipliers, reason, warnings, ..found }
 }
 
 /// The later outcome, with the counts and the history of both.

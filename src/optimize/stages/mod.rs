@@ -16,7 +16,7 @@ mod trust_region;
 
 use super::multiple_shooting::MultipleShooting;
 use super::problem::{Problem, largest_violation};
-use super::{Options, Outcome, Reason, Watcher};
+use super::{Options, Outcome, Reason, Violation, Watcher};
 use crate::Error;
 use method::Method;
 use near::Near;
@@ -132,10 +132,12 @@ fn run(
     let value = problem.evaluate(&x, &mut constraints).unwrap_or(f64::INFINITY);
     let violation = largest_violation(&intervals, &constraints);
     let Run { history, failures, first_failure, halved, .. } = run;
+    let violated = Violation::all(problem, &constraints);
     Ok(Outcome {
         x,
         value,
         constraints,
+        violated,
         violation,
         multipliers,
         reason,

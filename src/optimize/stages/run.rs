@@ -31,6 +31,10 @@ const FAR: f64 = 1e3;
 const CLOSER: f64 = 1e-2;
 const PATIENCE: usize = 80;
 
+/// Violations are stuck if, over this many iterations, all exceed this fraction of the first.
+const STUCK_FOR: usize = 40;
+const STUCK: f64 = 0.9;
+
 /// The state of a run apart from the point.
 pub(super) struct Run<'o, 'w> {
     options: &'o Options,
@@ -72,6 +76,13 @@ impl<'o, 'w> Run<'o, 'w> {
         let first = violations().next().unwrap_or(0.0).max(1.0);
         let is_slow = self.history.len() > PATIENCE && violations().all(|of| of > CLOSER * first);
         is_slow || violations().next_back().is_some_and(|last| last > FAR * first)
+    }
+
+    /// True if violations have hardly decreased for long since an iterate.
+    pub(super) fn is_stuck(&self, since: usize) -> bool {
+        let Some(lately) = self.history[since..].last_chunk::<STUCK_FOR>() else { return false };
+        let (first, least) = (lately[0].violation, lately.iter().fold(f64::INFINITY, |least, of| least.min(of.violation)));
+        self.is_violated() && least > STUCK * first
     }
 
     /// True if a run that ended for this reason goes on within a trust region.

@@ -58,7 +58,7 @@ impl Run<'_, '_> {
     /// # Errors
     /// A problem without second derivatives.
     pub(super) fn within_region(&mut self, method: &mut Method<'_>) -> Result<Reason, Error> {
-        let unit = method.barrier.unit;
+        let (unit, begin) = (method.barrier.unit, self.history.len());
         let mut region = Region { radius: 1.0, penalty: 0.0 };
         let (mut steepest, mut moved) = (0.0, 0.0);
         region.radius = method.y.iter().fold(unit, |most, y| most.max(y.abs())) / unit;
@@ -76,6 +76,9 @@ impl Run<'_, '_> {
             }
             if self.is_violated() && method.plane(metric).is_least_violated() {
                 return Ok(Reason::Infeasible);
+            }
+            if self.is_stuck(begin) {
+                return Ok(Reason::NoLowerValue);
             }
             let before = method.y.clone();
             match self.step_within(method, metric, (&mut region, &mut steepest)) {
