@@ -12,9 +12,8 @@ use super::super::barrier::{Barrier, INSIDE};
 use super::super::counted::Counted;
 use super::super::norm::{magnitude, norm};
 use super::super::problem::Interval;
-use super::super::trust_region::{Model, Region};
+use super::super::trust_region::{Model, ROUNDING, Region};
 use super::super::{Iterate, Options};
-use super::ROUNDING;
 use super::projection::Projection;
 use crate::Error;
 use crate::number::largest;
@@ -254,7 +253,7 @@ impl Method {
         gradient /= unit;
         let curvature = self.barrier.curvature(self.y.as_slice());
         self.prepare_products(problem)?;
-        self.region.exceed(norm(self.multipliers.as_slice()));
+        self.region.raise_penalty(norm(self.multipliers.as_slice()));
         let (y, c) = (self.y.clone(), self.c.clone());
         let barrier = self.barrier.clone();
         let model = Model {
@@ -270,8 +269,8 @@ impl Method {
         let (mut step, known) =
             model.step(self.region.radius, &mut |p| Ok(product(problem, p, &scales, &curvature)? / unit))?;
         self.steepest = self.steepest.max(known.reduced);
-        while Region::tries(&step) && !problem.is_stopped() {
-            let foreseen = self.region.foresee(&step);
+        while Region::is_long_enough(&step) && !problem.is_stopped() {
+            let foreseen = self.region.predict(&step);
             let here = self.merit(self.value, &self.y, &self.c);
             let (next, mut ratio) = self.better_trial(problem, &step, &projection, &scales, (here, foreseen));
             if Region::accepts(ratio)

@@ -14,6 +14,7 @@ mod projection;
 
 use super::counted::{Counted, Found, solve};
 use super::outcome::largest_change;
+use super::trust_region::ROUNDING;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
 use crate::Error;
 use method::Method;
@@ -24,9 +25,6 @@ const SLOW: f64 = 0.9;
 const ALIKE: f64 = 0.5;
 /// The method ends after this many steps with no predicted decrease except rounding error, neither of φ nor of the violation.
 const MOST_IDLE: usize = 10;
-/// Differences of φ below this fraction of it are rounding error.
-const ROUNDING: f64 = 1e-14;
-
 /// Minimises f(x) subject to constraints and bounds with exact products of the Hessian ([`Problem::product`]). The Jacobian of the
 /// constraints costs one right-hand side of a backward sweep for each constraint. A start at a bound is moved inside by a hundredth of the
 /// bound or of the distance to the other bound, whichever is smaller; if the bound is 0, the largest variable (1 if all are 0) replaces it. The start

@@ -82,10 +82,10 @@ impl<'p> Method<'p> {
         Ok(method)
     }
 
-    /// Begins again at a point, which is moved inside its bounds, with this μ.
+    /// Restarts at a point, which is moved inside its bounds, with this μ.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// A point without values or derivatives.
     pub(super) fn restart(&mut self, v: &[DVector<f64>], mu: f64) -> Result<(), Error> {
         let shape = self.problem.shape();
         let of_rows = self.inequalities.iter().map(|at| shape.rows[at.stage][at.row]);
@@ -96,6 +96,7 @@ impl<'p> Method<'p> {
         self.barrier.unit = y.iter().fold(1.0f64, |most, x| most.max(x.abs()));
         self.barrier.move_variables(&mut y, INSIDE.min(mu));
         (self.y, self.scale, self.shift) = (y, 1.0, 0.0);
+        self.multipliers = Multipliers::zeros(shape);
         self.begin()?;
         if self.barrier.is_there() {
             self.barrier.set(mu, &self.y);
@@ -240,10 +241,10 @@ impl<'p> Method<'p> {
     /// # Errors
     /// A point without derivatives.
     pub(super) fn go(&mut self, step: &Step, alpha: f64, y: Vec<f64>, values: Values) -> Result<(), Error> {
+        self.linear = self.problem.linearise()?;
         self.barrier.step_multipliers(self.share(), &self.y, &step.y, &y);
         (self.y, self.values) = (y, values);
         self.multipliers.add(alpha, &step.multipliers);
-        self.linear = self.problem.linearise()?;
         Ok(())
     }
 

@@ -1,5 +1,5 @@
-//! A primal-dual interior-point method for problems in stages, with a filter (Wächter and Biegler 2006) and a factorisation of the KKT matrix
-//! stage by stage.
+//! A primal-dual interior-point method for problems in stages, with a factorisation of the KKT matrix stage by stage: steps along lines with a filter
+//! (Wächter and Biegler 2006) and, where these fail, within a trust region (Byrd, Hribar and Nocedal 1999).
 
 mod filter;
 mod layout;
@@ -16,9 +16,10 @@ mod trust_region;
 
 use super::multiple_shooting::MultipleShooting;
 use super::problem::{Problem, largest_violation};
-use super::{Options, Outcome, Reason, Violation, Watcher};
+use super::{Iterate, Options, Outcome, Reason, Violation, Watcher};
 use crate::Error;
 use method::Method;
+use nalgebra::DVector;
 use near::Near;
 use problem::{Counts, Multipliers, Staged};
 use run::{FIRST_MU, Run};
@@ -31,7 +32,12 @@ use shooting::Segments;
 /// further state of all segments. `Options::stationarity` is absolute, for variables as scaled by [`Free::scaled`](super::Free::scaled) and for f
 /// multiplied by a factor with which the largest entry of its gradient at the start is between 0.01 and 1.
 ///
-/// Source: A. Wächter and L. T. Biegler, Mathematical Programming 106 (2006), 25–57, for the filter and the barrier parameter.
+/// If steps along lines fail, the method restarts within a trust region, from the start or, if it is almost feasible, from the last point; the
+/// history contains both. A run ends as [`Reason::Infeasible`] only if the sum of squares of all violations, including those of continuity, is
+/// stationary.
+///
+/// Sources: A. Wächter and L. T. Biegler, Mathematical Programming 106 (2006), 25–57, for the filter and the barrier parameter; R. H. Byrd,
+/// M. E. Hribar and J. Nocedal, SIAM Journal on Optimization 9 (1999), 877–900, for the trust region.
 ///
 /// # Errors
 /// Invalid sizes, bounds or options, or a problem without Hessian products.
@@ -109,19 +115,8 @@ fn run(
             }
         }
         Ok(mut method) => {
-            reason = run.along_lines(&mut method)?;
-            if run.may_go_on(reason) {
-                if run.is_near() {
-                    v = method.v(&method.y);
-                }
-                match method.restart(&v, mu) {
-                    Ok(()) => reason = run.within_region(&mut method)?,
-                    Err(error) => run.fail(error),
-                }
-            }
-            v = method.v(&method.y);
-            multipliers = method.multipliers;
-            multipliers.scale(1.0 / method.scale);
+            let end = solved(&mut run, &mut method, (&v, mu))?;
+            (v, multipliers, reason) = (end.v, end.multipliers, end.reason);
         }
     }
     let (x, multipliers) = (segments.x(&v), segments.multipliers(&multipliers));
@@ -151,4 +146,47 @@ fn run(
         failures,
         first_failure,
     })
+}
+
+/// The end of a run.
+struct End {
+    v: Vec<DVector<f64>>,
+    multipliers: Multipliers,
+    reason: Reason,
+    at: Option<Iterate>,
+}
+
+impl End {
+    fn of(run: &Run<'_, '_>, method: &Method<'_>, reason: Reason) -> Self {
+        let mut multipliers = method.multipliers.clone();
+        multipliers.scale(1.0 / method.scale);
+        End { v: method.v(&method.y), multipliers, reason, at: run.history.last().copied() }
+    }
+
+    /// True if this end is converged, or better than another: feasible with a lower value, or with a smaller violation.
+    fn is_better(&self, than: &End, allowed: f64) -> bool {
+        let key = |end: &End| end.at.map_or([f64::INFINITY; 2], |at| [(at.violation - allowed).max(0.0), at.value]);
+        self.reason.is_converged() || self.reason == Reason::Interrupted || key(self) <= key(than)
+    }
+}
+
+/// Solves by steps along lines and, if these fail, within a trust region from the start, or from the last point if it is almost feasible.
+///
+/// # Errors
+/// A problem without second derivatives.
+fn solved(run: &mut Run<'_, '_>, method: &mut Method<'_>, (start, mu): (&[DVector<f64>], f64)) -> Result<End, Error> {
+    let reason = run.along_lines(method)?;
+    let first = End::of(run, method, reason);
+    if !run.falls_back(reason) {
+        return Ok(first);
+    }
+    let again = if run.is_near() { &first.v[..] } else { start };
+    if let Err(error) = method.restart(again, mu) {
+        run.fail(error);
+        let reason = if run.is_interrupted() { Reason::Interrupted } else { reason };
+        return Ok(End { reason, ..first });
+    }
+    let reason = run.within_region(method)?;
+    let second = End::of(run, method, reason);
+    Ok(if second.is_better(&first, run.allowed()) { second } else { End { reason, ..first } })
 }

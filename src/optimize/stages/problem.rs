@@ -106,6 +106,11 @@ impl Residuals {
         self.defects.iter().chain(&self.rows).flat_map(|of| of.iter())
     }
 
+    /// The residuals as multipliers of their constraints.
+    pub(super) fn into_multipliers(self) -> Multipliers {
+        Multipliers { costates: self.defects, rows: self.rows }
+    }
+
     /// All residuals in one vector.
     pub(super) fn flat(&self) -> DVector<f64> {
         DVector::from_vec(self.all().copied().collect())

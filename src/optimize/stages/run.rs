@@ -26,12 +26,12 @@ const FRACTION: f64 = 1.0 / 64.0;
 const MORE: f64 = 100.0;
 const LEAST_SHIFT: f64 = 1e-3;
 
-/// Violations that exceed this multiple of the first one, or that all exceed the smaller multiple of it for this number of iterations, are astray.
+/// A run diverges if a violation exceeds this multiple of the first one.
 const FAR: f64 = 1e3;
+/// Points with violations below this multiple of the first one are almost feasible; steps along lines have this number of iterations to find one.
 const CLOSER: f64 = 1e-2;
 const PATIENCE: usize = 80;
-
-/// Violations are stuck if, over this many iterations, all exceed this fraction of the first.
+/// Number of iterations over which all violations exceed a fraction of the first if the violation has stopped decreasing; and this fraction.
 const STUCK_FOR: usize = 40;
 const STUCK: f64 = 0.9;
 
@@ -70,12 +70,21 @@ impl<'o, 'w> Run<'o, 'w> {
         self.history.last().is_some_and(|last| last.violation > self.options.violation)
     }
 
+    /// The allowed violation.
+    pub(super) fn allowed(&self) -> f64 {
+        self.options.violation
+    }
+
     /// True if violations have become large, or have remained so.
-    fn is_astray(&self) -> bool {
-        let violations = || self.history.iter().map(|of| of.violation);
-        let first = violations().next().unwrap_or(0.0).max(1.0);
+    fn diverges(&self) -> bool {
+        let (first, violations) = (self.first_violation(), || self.history.iter().map(|of| of.violation));
         let is_slow = self.history.len() > PATIENCE && violations().all(|of| of > CLOSER * first);
         is_slow || violations().next_back().is_some_and(|last| last > FAR * first)
+    }
+
+    /// The first violation, or 1 if it is smaller.
+    fn first_violation(&self) -> f64 {
+        self.history.first().map_or(1.0, |of| of.violation.max(1.0))
     }
 
     /// True if violations have hardly decreased for long since an iterate.
@@ -85,14 +94,14 @@ impl<'o, 'w> Run<'o, 'w> {
         self.is_violated() && least > STUCK * first
     }
 
-    /// True if a run that ended for this reason goes on within a trust region.
-    pub(super) fn may_go_on(&self, reason: Reason) -> bool {
-        matches!(reason, Reason::NoLowerValue | Reason::NoDerivative) && self.history.len() <= self.options.iterations
+    /// True if steps along lines that ended for this reason are followed by steps within a trust region.
+    pub(super) fn falls_back(&self, reason: Reason) -> bool {
+        matches!(reason, Reason::NoLowerValue | Reason::NoDerivative) && self.history.len() < self.options.iterations
     }
 
     /// True if the last iterate almost satisfies the constraints.
     pub(super) fn is_near(&self) -> bool {
-        self.history.last().is_some_and(|last| last.violation <= CLOSER)
+        self.history.last().is_some_and(|last| last.violation <= CLOSER * self.first_violation())
     }
 
     /// Iterates along lines until there is a reason to stop.
@@ -109,7 +118,7 @@ impl<'o, 'w> Run<'o, 'w> {
             if let Some(reason) = self.record(method, moved) {
                 return Ok(reason);
             }
-            if self.is_astray() {
+            if self.diverges() {
                 return Ok(Reason::NoLowerValue);
             }
             if self.lower_barrier(method) {

@@ -7,7 +7,7 @@ use super::method::Method;
 use super::newton::{Kkt, Newton};
 use super::problem::{Multipliers, Residuals};
 
-/// The constraints at the current point, and the factors of their KKT matrix with the Hessian D⁻².
+/// The constraints at the current point, and the factors of their KKT matrix with the Hessian (D/unit)⁻².
 pub(super) struct TangentPlane<'a, 'p> {
     pub method: &'a Method<'p>,
     pub newton: &'a Newton<'a>,
@@ -23,10 +23,11 @@ impl Method<'_> {
         scales.into()
     }
 
-    /// The matrices of all stages with the Hessian D⁻².
+    /// The matrices of all stages with the Hessian (D/unit)⁻², whose entries are at least 1: small ones would be rounding beside the weight of rows.
     pub(super) fn metric(&self, scales: &DVector<f64>) -> Kkt {
         let zeros = self.problem.shape().bounds.iter().map(|of| DMatrix::zeros(of.len(), of.len())).collect();
-        self.kkt_of(zeros, scales.iter().map(|scale| if *scale > 0.0 { scale.powi(-2) } else { 1.0 }).collect())
+        let unit = self.barrier.unit;
+        self.kkt_of(zeros, scales.iter().map(|scale| if *scale > 0.0 { (unit / scale).powi(2) } else { 1.0 }).collect())
     }
 
     fn no_residuals(&self) -> Residuals {
@@ -64,7 +65,7 @@ impl Linearised for TangentPlane<'_, '_> {
             let both = of.dynamics.column_iter().zip(of.rows.column_iter());
             both.enumerate().map(move |(i, (x, y))| (first + i, x.norm_squared() + y.norm_squared()))
         });
-        // The entries −1 of the next states and of the slacks.
+        // At least the entries −1 of the next states and of the slacks.
         let others = self.scales.norm_squared();
         (columns.map(|(i, square)| square * self.scales[i].powi(2)).sum::<f64>() + others).sqrt()
     }
@@ -87,6 +88,6 @@ impl Linearised for TangentPlane<'_, '_> {
 
     fn project(&self, r: &DVector<f64>) -> DVector<f64> {
         let step = self.newton.solve(self.method, self.scaled(r.as_slice()).as_slice(), &self.method.no_residuals());
-        -self.scaled(&step.y)
+        self.scaled(&step.y) * -self.method.barrier.unit.powi(2)
     }
 }

@@ -1,5 +1,5 @@
-//! Steps within a trust region ([`trust_region`](super::super::trust_region)): slower than steps along a line with a filter, but where these fail,
-//! far from feasible points and next to bounds, they often converge. Multipliers are estimates by least squares, which cannot grow from step to step.
+//! Trust-region steps for a problem in stages ([`trust_region`](super::super::trust_region)). They are used when the filter line search fails: they
+//! are slower, but more reliable far from feasible points and near bounds. Multipliers are least-squares estimates, which cannot grow from step to step.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -7,7 +7,7 @@ use super::super::Reason;
 use super::super::barrier::TO_BOUND;
 use super::super::norm::{magnitude, norm};
 use super::super::outcome::largest_change;
-use super::super::trust_region::{CORRECTIONS, Linearised, Model, Region, Step, TAKEN_BACK};
+use super::super::trust_region::{CORRECTIONS, Linearised, Model, ROUNDING, Region, Step, TAKEN_BACK};
 use super::method::Method;
 use super::newton::{Kkt, Newton};
 use super::problem::Values;
@@ -17,15 +17,17 @@ use crate::Error;
 
 /// Newton steps that bounds shorten by more than this are not taken.
 const UNHINDERED: f64 = 0.9;
-/// The violation has a local minimum if the steepest descent reduces it by less than this fraction.
-const LEAST_VIOLATED: f64 = 1e-6;
+/// The violation is stationary if no variable would reduce the sum of squares by more than this fraction on its way to a bound, or by one unit.
+const STATIONARY: f64 = 1e-3;
+/// The method ends after this many steps in sequence that change φ by no more than rounding error.
+const MOST_IDLE: usize = 10;
 
 /// The Hessian with the curvature of the barrier, in scaled variables.
 struct Hessian<'a> {
     blocks: &'a [DMatrix<f64>],
     curvature: &'a [f64],
     scales: &'a DVector<f64>,
-    /// Its unit.
+    /// Power of two by which Ĥ is divided.
     unit: f64,
 }
 
@@ -59,9 +61,9 @@ impl Run<'_, '_> {
     /// A problem without second derivatives.
     pub(super) fn within_region(&mut self, method: &mut Method<'_>) -> Result<Reason, Error> {
         let (unit, begin) = (method.barrier.unit, self.history.len());
-        let mut region = Region { radius: 1.0, penalty: 0.0 };
-        let (mut steepest, mut moved) = (0.0, 0.0);
-        region.radius = method.y.iter().fold(unit, |most, y| most.max(y.abs())) / unit;
+        let radius = method.y.iter().fold(unit, |most, y| most.max(y.abs())) / unit;
+        let (mut region, mut steepest) = (Region { radius, penalty: 0.0 }, 0.0);
+        let (mut moved, mut idle) = (0.0, 0);
         loop {
             let scales = method.scales();
             let metric = method.metric(&scales);
@@ -74,19 +76,20 @@ impl Run<'_, '_> {
             if self.lower_barrier(method) {
                 method.multipliers = method.plane(metric).multipliers();
             }
-            if self.is_violated() && method.plane(metric).is_least_violated() {
-                return Ok(Reason::Infeasible);
-            }
-            if self.is_stuck(begin) {
-                return Ok(Reason::NoLowerValue);
-            }
-            let before = method.y.clone();
-            match self.step_within(method, metric, (&mut region, &mut steepest)) {
+            let (before, value) = (method.y.clone(), method.pair(&method.y, &method.values).value);
+            let is_moved = match self.is_stuck(begin) || idle >= MOST_IDLE {
+                true => Ok(false),
+                false => self.step_within(method, metric, (&mut region, &mut steepest)),
+            };
+            match is_moved {
                 Ok(true) => moved = largest_change(&method.y, &before),
                 Ok(false) if self.is_interrupted() => return Ok(Reason::Interrupted),
+                Ok(false) if self.is_violated() && method.is_least_violated() => return Ok(Reason::Infeasible),
                 Ok(false) => return Ok(Reason::NoLowerValue),
                 Err(error) => return self.without_derivatives(error),
             }
+            let change = (method.pair(&method.y, &method.values).value - value).abs();
+            idle = if !self.is_violated() && change <= ROUNDING * value.abs() { idle + 1 } else { 0 };
         }
     }
 
@@ -104,20 +107,21 @@ impl Run<'_, '_> {
         let mut gradient = DVector::from_vec(method.gradient_of_value()).component_mul(scales);
         let unit = magnitude(gradient.amax());
         gradient /= unit;
-        region.exceed(norm(&method.multipliers.all().copied().collect::<Vec<f64>>()));
+        region.raise_penalty(norm(&method.multipliers.all().copied().collect::<Vec<f64>>()));
         let (y, barrier, curvature) =
             (DVector::from_column_slice(&method.y), method.barrier.clone(), method.barrier.curvature(&method.y));
         let blocks = method.problem.hessians(method.scale, &method.multipliers)?;
         let hessian = Hessian { blocks: &blocks, curvature: &curvature, scales, unit };
         let kkt = method.kkt_of(blocks.clone(), curvature.clone());
-        let mut known = None;
+        let (mut known, mut is_first) = (None, true);
         loop {
             let plane = method.plane(metric);
             let largest = *steepest;
             let (constraints, y, barrier) = (&plane, &y, &barrier);
             let model = Model { unit, gradient: &gradient, c: &c, constraints, barrier, y, scales, steepest: largest };
-            let direct =
-                if known.is_none() { method.newton_step(&kkt, &plane, &model, (&hessian, region.radius)) } else { None };
+            let direct = std::mem::take(&mut is_first)
+                .then(|| method.newton_step(&kkt, &plane, &model, (&hessian, region.radius)))
+                .flatten();
             let step = match (direct, &known) {
                 (Some(step), _) => step,
                 (_, Some(known)) => model.shorter(region.radius, known),
@@ -128,10 +132,10 @@ impl Run<'_, '_> {
                     step
                 }
             };
-            if !Region::tries(&step) || self.is_interrupted() {
+            if !Region::is_long_enough(&step) || self.is_interrupted() {
                 return Ok(false);
             }
-            let foreseen = region.foresee(&step);
+            let foreseen = region.predict(&step);
             let mut ratio = f64::NEG_INFINITY;
             if let Some((next, found)) = self.better_trial(method, metric, &step, (region, foreseen)) {
                 ratio = found;
@@ -241,14 +245,13 @@ impl<'p> Method<'p> {
             model.complete(p, &of_p)
         })
     }
-}
 
-impl TangentPlane<'_, '_> {
-    /// True if the steepest descent hardly reduces ‖C‖.
+    /// True if the sum of squares of the violations is stationary.
     fn is_least_violated(&self) -> bool {
-        let c = self.method.residuals(&self.method.y, &self.method.values).flat();
-        let slope = self.times_transposed(&c);
-        let ahead = self.times(&slope).norm_squared();
-        ahead == 0.0 || slope.norm_squared().powi(2) / ahead <= LEAST_VIOLATED * c.norm_squared()
+        let residuals = self.residuals(&self.y, &self.values);
+        let (square, mut slope) = (residuals.flat().norm_squared(), vec![0.0; self.y.len()]);
+        self.add_constraints(&residuals.into_multipliers(), &mut slope);
+        let unit = self.barrier.unit;
+        unit * self.barrier.stationarity(&self.y, &slope, unit) <= STATIONARY * square
     }
 }

@@ -13,7 +13,7 @@ use nalgebra::DVector;
 
 use super::barrier::{Barrier, TO_BOUND};
 use crate::Error;
-pub(super) use region::{CORRECTIONS, Region, TAKEN_BACK};
+pub(super) use region::{CORRECTIONS, ROUNDING, Region, TAKEN_BACK};
 
 /// The fraction of the radius that the normal step may take.
 const OF_NORMAL: f64 = 0.75;

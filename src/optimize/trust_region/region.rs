@@ -9,7 +9,7 @@ const LEAST: f64 = 1e-13;
 /// The predicted decrease of φ must be at least this fraction of that of ν ‖C‖.
 const SHARE: f64 = 0.3;
 /// Differences of φ below this fraction of it are rounding error.
-const ROUNDING: f64 = 1e-14;
+pub(in super::super) const ROUNDING: f64 = 1e-14;
 /// Corrections for the curvature of constraints: their largest number; they end if one leaves more than this fraction of the violation.
 pub(in super::super) const CORRECTIONS: usize = 3;
 pub(in super::super) const TAKEN_BACK: f64 = 0.5;
@@ -23,7 +23,7 @@ pub(in super::super) struct Region {
 
 impl Region {
     /// Sets a penalty that exceeds the multipliers, given their norm; without multipliers any positive penalty suffices.
-    pub(in super::super) fn exceed(&mut self, multipliers: f64) {
+    pub(in super::super) fn raise_penalty(&mut self, multipliers: f64) {
         if multipliers > 0.0 && !(1.1 * multipliers..=10.0 * multipliers).contains(&self.penalty) {
             self.penalty = 2.0 * multipliers;
         } else if self.penalty == 0.0 {
@@ -32,7 +32,7 @@ impl Region {
     }
 
     /// The predicted decrease of φ. ν is increased until the decrease of the violation is a sufficient part of it.
-    pub(in super::super) fn foresee(&mut self, step: &Step) -> f64 {
+    pub(in super::super) fn predict(&mut self, step: &Step) -> f64 {
         if step.closer > 0.0 && step.model + self.penalty * step.closer < SHARE * self.penalty * step.closer {
             self.penalty = -step.model / ((1.0 - SHARE) * step.closer);
         }
@@ -56,7 +56,7 @@ impl Region {
     }
 
     /// True if a step of this length is tried.
-    pub(in super::super) fn tries(step: &Step) -> bool {
+    pub(in super::super) fn is_long_enough(step: &Step) -> bool {
         step.length > LEAST
     }
 
