@@ -231,7 +231,7 @@ impl Retraction {
     /// # Errors
     /// No such state near these coordinates; formulas without values.
     pub(crate) fn place(&mut self, z: &[f64], near: &[f64], inputs: &Inputs) -> Result<[DVector<f64>; 2], Error> {
-        let [zeta, omega] = [0, 1].map(|first| z[first..].iter().step_by(2).copied().collect::<Vec<f64>>());
+        let [zeta, omega] = [0, 1].map(|first| z.iter().skip(first).step_by(2).copied().collect::<Vec<f64>>());
         self.take(near, inputs)?;
         self.independent.iter().zip(zeta).for_each(|(&i, zeta)| self.at.q[i] = zeta);
         self.close()?;

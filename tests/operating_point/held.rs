@@ -1,8 +1,9 @@
 //! Equilibria with held coordinates, and the forces that hold them.
 
 use crate::cases::{angle, differences, four_bar};
+use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Mechanics, System};
+use hamiltonian_adjoint::{Mechanics, Scene, System};
 use nalgebra::DVector;
 
 fn guess(system: &System) -> Mechanics {
@@ -63,6 +64,24 @@ fn a_held_crank_needs_the_torque_that_another_computation_gives() {
         let ours = DVector::from_vec(ours);
         assert!((&ours - &expected).amax() < 1e-8 * expected.amax(), "{ours}{expected}");
     }
+}
+
+#[test]
+fn a_structure_without_degrees_of_freedom_has_the_reactions_of_statics() {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -10.0);
+    let beam = scene.body("beam", 2.0, 0.1, [0.5, 0.0, 0.0]);
+    scene.revolute("pin", Body::GROUND.at(0.0, 0.0), beam.at(-0.5, 0.0));
+    let strut = scene.distance("strut", Body::GROUND.at(0.0, -1.0), beam.at(0.5, 0.0), 2.0f64.sqrt());
+    let system = scene.compile().expect("a scene");
+    for search in [Mechanics::equilibrium, Mechanics::stable_equilibrium] {
+        let found = search(&guess(&system), &[]).expect("an equilibrium");
+        // Moments about the pin: the strut carries half of the weight at 45°.
+        assert!((found.lambda[strut[0].index()] + 10.0 * 2.0f64.sqrt()).abs() < 1e-12, "{}", found.lambda);
+        assert!(found.eigenvalues.is_empty() && found.is_stable());
+    }
+    let linear = guess(&system).linear_model(&[]).expect("a linear model");
+    assert_eq!((linear.a.shape(), linear.q_z.shape(), linear.eigenvalues.len()), ((0, 0), (3, 0), 0));
 }
 
 #[test]
