@@ -32,6 +32,7 @@ from ._handles import GROUND, Body, Control, Coordinate, Design, Equation, Event
 from ._identify import Table
 from ._mechanics import MarkerState, Mechanics
 from ._objective import Objective
+from ._operating_point import Equilibrium, LinearModel, Sensitivity
 from ._optimise import MultipleShooting, Problem, Trials, minimise, solve
 from ._names import suggestion as _suggestion
 from ._optimum import Attempt, Iterate, Optimum, lowest
@@ -50,6 +51,7 @@ __all__ = [
     "Derivative",
     "Design",
     "Equation",
+    "Equilibrium",
     "Error",
     "Estimate",
     "Event",
@@ -64,6 +66,7 @@ __all__ = [
     "Iterate",
     "Joint",
     "JointData",
+    "LinearModel",
     "LongSolver",
     "Marker",
     "MarkerState",
@@ -83,6 +86,7 @@ __all__ = [
     "Robot",
     "Scene",
     "SceneError",
+    "Sensitivity",
     "Solver",
     "SpaceBody",
     "Symbol",

@@ -24,7 +24,7 @@ class InputError(Error, ValueError):
 
 
 class MotionError(Error, ArithmeticError):
-    """A motion or its gradient cannot be computed."""
+    """A motion, its gradient, or a quantity of a state such as an equilibrium cannot be computed."""
 
 
 class OptimiseError(Error, ValueError):
@@ -65,6 +65,7 @@ _IN_PYTHON = {
     "correct v0, ": "correct `inputs.v`, ",
     "`Start::assembled`": "`inputs.assemble()`",
     "`Start::hold`": "`inputs.assemble(coordinate)`",
+    "`Mechanics::at_start` of a start assembled from a guess (`Start::Assembled`)": "`ha.Mechanics.at_start(system, inputs.assemble())`",
     "use a `Start` with": "use a start with",
     ", without costs on du/dt, and not in the paper's equations": ", without costs on rates of controls",
     "give points with `at`": "give points as `x`",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -13,11 +13,12 @@ from numpy.typing import ArrayLike
 from . import _hamiltonian_adjoint as _core
 from ._errors import InputError
 from ._expression import Symbol, operand, write
-from ._handles import Design, Ground, Marker, Particle, Point, SpaceBody
+from ._handles import Control, Coordinate, Design, Ground, Marker, Particle, Point, SpaceBody
+from ._operating_point import Equilibrium, LinearModel
 from ._solver import Motion, _checked
 from ._system import Array, Inputs, System
 
-_VALUES = {"q": "coordinates", "v": "coordinates", "v_dot": "coordinates", "lambda": "equations"}
+_VALUES = {"q": "coordinates", "v": "coordinates", "v_dot": "coordinates", "u": "controls", "lambda": "equations"}
 
 
 class MarkerState(NamedTuple):
@@ -32,7 +33,7 @@ class MarkerState(NamedTuple):
 
 
 class Mechanics:
-    """The mechanics of a system at one state: constraints, energies, momenta, accelerations and reactions, positions of points.
+    """The mechanics of a system at one state: constraints, energies, momenta, accelerations and reactions, positions of points, equilibria, linear models.
 
     The state consists of coordinates q, by default those of the scene, velocities v, by default zero, zero controls, the design of the scene and t = 0.
     Equations that an event closes are open. `at_start` and `at_node` are states of motions.
@@ -89,6 +90,11 @@ class Mechanics:
         return self._core.vector("v")
 
     @cached_property
+    def controls(self) -> Array:
+        """Controls, by `system.controls`."""
+        return self._core.vector("controls")
+
+    @cached_property
     def phi(self) -> Array:
         """The constraints Φ(q, t), m or rad."""
         return self._core.vector("phi")
@@ -141,6 +147,66 @@ class Mechanics:
         """The accelerations v̇ (m/s², rad/s²) and the reactions λ = dσ/dt (N, N m). For dependent constraints λ is not unique, but Φ_qᵀλ is."""
         return self._accelerations
 
+    def equilibrium(self, *hold: Coordinate | str) -> Equilibrium:
+        """The equilibrium near these coordinates, stable or not, with the controls, design variables and time of this state.
+
+            𝓛_q + Q − Φ_qᵀ λ + holding = 0,      Φ(q, t) = 0      at v = 0
+
+        The coordinates are a guess and need not satisfy the constraints; the velocities are ignored. The coordinates `hold` keep their values: hold one if
+        no force acts on it and the equilibrium would not be unique, such as that of a cart on a rail, or to compute the force that holds it. Newton's
+        method finds the equilibrium; if it does not converge, the result is that of `stable_equilibrium`.
+        """
+        return self._equilibrium(hold, False)
+
+    def stable_equilibrium(self, *hold: Coordinate | str) -> Equilibrium:
+        """The equilibrium in which a mechanism with strong friction comes to rest from these coordinates; otherwise as `equilibrium`.
+
+        Every step follows the forces, so that for forces of a potential the equilibrium is a minimum of the potential energy.
+        """
+        return self._equilibrium(hold, True)
+
+    def _equilibrium(self, hold: Iterable[Any], stable: bool) -> Equilibrium:
+        core, attributes = self._core.equilibrium(self._coordinates(hold), stable)
+        return Equilibrium._of(self._of(self.system, core), attributes)
+
+    def linear_model(self, *chosen: Coordinate | str) -> LinearModel:
+        """The linearised motion about this state, with its controls, design variables and time, in d = n − rank Φ_q independent coordinates ζ.
+
+            z = (ζ, ω):    δż = a δz + b δu + by_design δb      (a: 2d × 2d, b: 2d × k), SI units
+
+        The independent coordinates include those in `chosen`; the others are selected such that the dependent ones follow from them as accurately as
+        possible. `at.equilibrium().state.linear_model()` is the model about an equilibrium.
+        """
+        return LinearModel._of(self.system, self._core.linear_model(self._coordinates(chosen)))
+
+    def inverse_dynamics(self, accelerations: Mapping[Coordinate | str, float], controls: Iterable[Control | str]) -> Mechanics:
+        """This state with the controls for which coordinates have given accelerations, m/s² or rad/s²: as many controls as coordinates.
+
+            v̇_i(q, v, u, t; b) = a_i      for the coordinates i
+
+        `at.inverse_dynamics({arm.phi: 0.0}, [torque])[torque]` is the control. Controls that are not chosen keep their values.
+        """
+        if not isinstance(accelerations, Mapping):
+            raise TypeError(f"accelerations are given by their coordinates, such as {{arm.phi: 0.0}}, not as {accelerations!r}")
+        if isinstance(controls, (Symbol, str)):
+            raise TypeError("`controls` must be a list, such as [torque]")
+        given = self._coordinates(accelerations), _numbers("accelerations", list(accelerations.values()))
+        return self._of(self.system, self._core.inverse_dynamics(given, self._names("control", "u", controls)))
+
+    def _coordinates(self, of: Iterable[Any]) -> list[str]:
+        return self._names("coordinate", "q", of)
+
+    def _names(self, kind: str, list_: str, of: Iterable[Any]) -> list[str]:
+        """The names of coordinates or controls, which are given by them or by handles."""
+        names = getattr(self.system, f"{kind}s")
+
+        def name(x: Any) -> str:
+            if not isinstance(x, str) and not (isinstance(x, Symbol) and x.list == list_):
+                raise TypeError(f"a {kind} or its name is expected, not {x!r}")
+            return self.system._named(kind, names, x)
+
+        return [name(x) for x in of]
+
     def position(self, point: Point | Particle) -> Array:
         """The position of a point in the plane, such as `arm.at(0.5, 0)`, in the inertial frame, m."""
         return self._core.point(*self._point(point))[0]
@@ -182,13 +248,13 @@ class Mechanics:
         return write([operand(x) for x in numbers], name)
 
     def __getitem__(self, symbol: Symbol) -> float:
-        """The value of a coordinate, a velocity `x.v`, an acceleration `x.a` or a reaction `rope[0].lam`."""
+        """The value of a coordinate, a velocity `x.v`, an acceleration `x.a`, a control or a reaction `rope[0].lam`."""
         if not isinstance(symbol, Symbol) or symbol.list not in _VALUES:
-            raise TypeError(f"a state has values of coordinates, `x.v`, `x.a` and reactions `rope[0].lam`, not of {symbol!r}")
+            raise TypeError(f"a state has values of coordinates, `x.v`, `x.a`, controls and reactions `rope[0].lam`, not of {symbol!r}")
         names = getattr(self.system, _VALUES[symbol.list])
         number = self.system._number(symbol, names)
         v_dot, lam = (self._accelerations if symbol.list in ("v_dot", "lambda") else (None, None))
-        of: Any = {"q": self.q, "v": self.v, "v_dot": v_dot, "lambda": lam}[symbol.list]
+        of: Any = {"q": self.q, "v": self.v, "v_dot": v_dot, "u": self.controls, "lambda": lam}[symbol.list]
         return float(of[number])
 
     def __repr__(self) -> str:

@@ -53,6 +53,8 @@ fn class(error: &Error) -> &'static str {
         | TimeStep { .. }
         | NoSuchInput { .. }
         | NoSuchEvent { .. }
+        | Held { .. }
+        | NotIndependent { .. }
         | ReadingTime { .. }
         | EventsInPart
         | Memory { .. }

@@ -10,6 +10,7 @@ mod estimate;
 mod formula;
 mod identify;
 mod mechanics;
+mod operating_point;
 mod optimise;
 mod problem;
 mod progress;

@@ -5,10 +5,12 @@ use hamiltonian_adjoint::check::Function;
 use hamiltonian_adjoint::{Error, TextFunction, planar, spatial};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 
 use crate::check::strings;
-use crate::convert::{Given, matrix, vector};
+use crate::convert::{Given, control_names, coordinate_names, matrix, number, vector};
 use crate::errors::{raised, wrong_input};
+use crate::operating_point;
 use crate::scene::System;
 use crate::solver::Motion;
 
@@ -39,6 +41,13 @@ impl Mechanics {
     /// A state of the same system, after a change of this one.
     fn changed(&self, py: Python<'_>, at: Result<ha::Mechanics, Error>, design: &[f64]) -> PyResult<Self> {
         made(self.system.clone_ref(py), at, design)
+    }
+
+    /// The coordinates with these names.
+    fn coordinates(&self, names: &[String]) -> PyResult<Vec<ha::Coordinate>> {
+        let system = &self.system.get().system;
+        let of = |name: &String| number("coordinate", name, coordinate_names(system)).map(|i| system.coordinate(i));
+        names.iter().map(of).collect()
     }
 
     /// Numbers at the values of the design variables.
@@ -109,6 +118,7 @@ impl Mechanics {
         match which {
             "q" => vector(py, self.at.q()),
             "v" => vector(py, self.at.v()),
+            "controls" => vector(py, self.at.controls()),
             "phi" => vector(py, self.at.phi().as_slice()),
             "phi_dot" => vector(py, self.at.phi_dot().as_slice()),
             _ => vector(py, self.at.momenta().as_slice()),
@@ -132,6 +142,42 @@ impl Mechanics {
     fn accelerations<'py>(&self, py: Python<'py>) -> PyResult<(Vector<'py>, Vector<'py>)> {
         let (v_dot, lambda) = py.detach(|| self.at.accelerations()).map_err(raised)?;
         Ok((vector(py, v_dot.as_slice()), vector(py, lambda.as_slice())))
+    }
+
+    /// The linearised motion, as the attributes of `LinearModel` of Python.
+    fn linear_model<'py>(&self, py: Python<'py>, chosen: Vec<String>) -> PyResult<Bound<'py, PyDict>> {
+        let chosen = self.coordinates(&chosen)?;
+        let model = py.detach(|| self.at.linear_model(&chosen)).map_err(raised)?;
+        operating_point::linear_model(py, &model)
+    }
+
+    /// The state of an equilibrium, and the other attributes of `Equilibrium` of Python.
+    fn equilibrium<'py>(
+        &self,
+        py: Python<'py>,
+        held: Vec<String>,
+        stable: bool,
+    ) -> PyResult<(Mechanics, Bound<'py, PyDict>)> {
+        let held = self.coordinates(&held)?;
+        let find = if stable { ha::Mechanics::stable_equilibrium } else { ha::Mechanics::equilibrium };
+        let found = py.detach(|| find(&self.at, &held)).map_err(raised)?;
+        let attributes = operating_point::equilibrium(py, &found)?;
+        Ok((self.changed(py, Ok(found.state), &self.design)?, attributes))
+    }
+
+    fn inverse_dynamics(
+        &self,
+        py: Python<'_>,
+        accelerations: (Vec<String>, Vec<f64>),
+        controls: Vec<String>,
+    ) -> PyResult<Mechanics> {
+        let system = &self.system.get().system;
+        let (names, values) = accelerations;
+        let given: Vec<_> = self.coordinates(&names)?.into_iter().zip(values).collect();
+        let control = |name: &String| number("control", name, control_names(system)).map(|k| system.control(k));
+        let controls = controls.iter().map(control).collect::<PyResult<Vec<_>>>()?;
+        let at = py.detach(|| self.at.clone().inverse_dynamics(&given, &controls));
+        self.changed(py, at, &self.design)
     }
 
     /// Position and velocity of a point in the plane.
