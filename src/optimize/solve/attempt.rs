@@ -12,7 +12,7 @@ const FEASIBLE: usize = 40;
 const ROUGH: f64 = 1e-2;
 const MET: f64 = 1e-4;
 /// The largest numbers of iterations of a way, and of one in haste from a feasible motion.
-const MOST: usize = 200;
+const MOST: usize = 400;
 const MOST_HASTY: usize = 80;
 /// The first μ for joined segments.
 const JOINED_MU: f64 = 1e-6;
@@ -25,7 +25,7 @@ const FAR: f64 = 1e-2;
 const ROUNDS: usize = 4;
 const LAST: usize = ROUNDS - 1;
 /// The largest number of iterations in a round.
-const MOST_JOINED: usize = 50;
+const MOST_JOINED: usize = 100;
 
 /// Whether an attempt goes on when the search for a feasible motion near its start has failed.
 #[derive(Clone, Copy, PartialEq)]
