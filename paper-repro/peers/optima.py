@@ -39,6 +39,11 @@ def arm(q, v, u):
     return energy, ca.vertcat(u[0] - u[1], u[1] - u[2], u[2])
 
 
+def acrobot(q, v, u):
+    energy = chain(q, v, [(1.0, 0.5, 1.0 / 12.0)] * 2)
+    return energy, ca.vertcat(-u[0], u[0])
+
+
 def rail(q, v, u):
     cos, sin = ca.cos(q[1]), ca.sin(q[1])
     x = v[0] - (sin * CENTRE[0] + cos * CENTRE[1]) * v[1]
@@ -66,6 +71,7 @@ PROBLEMS = {
     "time-rest": (cart, 100, HANGING, UPRIGHT, True, None, 50.0, (2.5, 0.5, 5.0), None),
     "rail": (rail, 35, [0.0, 0.0], [0.0, 3.14], True, None, 100.0, (2.0, 0.05, 5.0), stays),
     "arm": (arm, 100, [START_ANGLE] * 3, [TARGET_ANGLE] * 3, True, 1e-2, np.inf, (1.5, 1.5, 1.5), None),
+    "acrobot": (acrobot, 100, [START_ANGLE] * 2, [TARGET_ANGLE] * 2, True, 1.0, 20.0, (3.0, 3.0, 3.0), None),
     "arm-limits": (arm, 200, [START_ANGLE] * 3, [TARGET_ANGLE] * 3, True, 1e-2, np.inf, (1.5, 1.5, 1.5), limits),
 }
 

@@ -1,5 +1,6 @@
 //! `optimise`: optimal control of the paper's cart, and problems of closed mechanisms, by the methods of the library, with the work and the result of each.
 
+mod acrobot;
 mod arm;
 mod figures;
 mod four_bar;
@@ -185,6 +186,7 @@ fn pose(name: Name) -> Result<Posed, MotionError> {
         Name::Periodic => mechanisms::periodic(),
         Name::Rail => rail::pose(),
         Name::Arm | Name::ArmLimits => arm::pose(name == Name::ArmLimits),
+        Name::Acrobot => acrobot::pose(),
         _ => problems::cart(name),
     }
 }

@@ -4,9 +4,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use hamiltonian_adjoint::optimize::{Free, Interval};
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::{
-    Coordinate, Cost, CostPoint, Error as MotionError, Grid, Inputs, Output, Scalar, Scene, Settings, Sum,
-};
+use hamiltonian_adjoint::{Cost, CostPoint, Error as MotionError, Grid, Inputs, Output, Scalar, Scene, Settings};
 use nalgebra::SVector;
 
 use super::problems::Posed;
@@ -20,6 +18,7 @@ const ELBOW: f64 = 0.4;
 const REACH: f64 = 0.9;
 
 /// The angle between two links.
+#[derive(Clone)]
 struct Between;
 
 impl Cost<2> for Between {
@@ -29,6 +28,7 @@ impl Cost<2> for Between {
 }
 
 /// The place of the tip.
+#[derive(Clone)]
 struct Tip;
 
 impl Cost<3> for Tip {
@@ -59,20 +59,14 @@ pub fn pose(is_limited: bool) -> Result<Posed, MotionError> {
     let of_end = ends.iter().flat_map(|end| [(end.position, Interval::equal(FRAC_PI_2)), (end.rate, Interval::ZERO)]);
     let mut constraints: Vec<(Output, Interval)> = of_end.collect();
     if is_limited {
-        let angles = [angles[0], angles[1], angles[2]];
-        (0..=steps).for_each(|node| constraints.extend(limits(&mut scene, angles, node)));
+        let ([first, second, third], nodes) = ([angles[0], angles[1], angles[2]], 0..=steps);
+        let elbow = scene.outputs_at("elbow", Between, nodes.clone(), [first, second], [], [], []);
+        let tip = scene.outputs_at("tip", Tip, nodes, [first, second, third], [], [], []);
+        constraints.extend(elbow.into_iter().map(|elbow| (elbow, Interval::new(-ELBOW, ELBOW))));
+        constraints.extend(tip.into_iter().map(|tip| (tip, Interval::at_most(REACH))));
     }
     let system = scene.compile()?;
     let inputs = Inputs::at_rest(&system, Grid::uniform(steps, DURATION / steps as f64));
     let (control, free) = (controls[0], controls.into_iter().map(Free::control).collect());
     Ok(Posed { system, settings: Settings::default(), inputs, control, free, constraints })
-}
-
-/// The limits at a node.
-fn limits(scene: &mut Scene, [first, second, third]: [Coordinate; 3], node: usize) -> [(Output, Interval); 2] {
-    let (name_of_elbow, name_of_tip) = (format!("elbow at node {node}"), format!("tip at node {node}"));
-    let (elbow, tip) = (scene.output(&name_of_elbow), scene.output(&name_of_tip));
-    scene.term(elbow, &name_of_elbow, Between, Sum::Node(node), [first, second], [], [], []);
-    scene.term(tip, &name_of_tip, Tip, Sum::Node(node), [first, second, third], [], [], []);
-    [(elbow, Interval::new(-ELBOW, ELBOW)), (tip, Interval::at_most(REACH))]
 }

@@ -69,6 +69,7 @@ fn control(of: Name) -> Axis {
     match of {
         Name::Periodic => Axis::linear("torque on the crank [N m]"),
         Name::Arm | Name::ArmLimits => Axis::linear("torque in the first joint [N m]"),
+        Name::Acrobot => Axis::linear("torque between the links [N m]"),
         _ => Axis::linear("force on the cart F [N]"),
     }
 }

@@ -29,6 +29,8 @@ pub enum Name {
     Arm,
     /// Three links as in `arm`, with limits of the elbow and of the tip at all of 201 nodes
     ArmLimits,
+    /// Two links with a motor between them, |torque| ≤ 20 N m, from hanging to rest upright in 3 s, least effort
+    Acrobot,
     /// A driven crank and rocker: periodic motion with one turn in 1 s and the least effort
     Periodic,
     /// Lengths and pivots of a crank and rocker for which a point follows an ellipse; best of 20 random starts

@@ -3,7 +3,7 @@
 use hamiltonian_adjoint::optimize::{Free, Interval};
 use hamiltonian_adjoint::{
     Cost, CostPoint, Error as MotionError, Force, ForcePoint, Grid, Inputs, KineticEnergy, Output, PotentialEnergy, Scalar,
-    Scene, Scheme, Settings, Sum,
+    Scene, Scheme, Settings,
 };
 use nalgebra::{SVector, Vector2};
 
@@ -44,6 +44,7 @@ impl Force<1, 1> for Push {
     }
 }
 
+#[derive(Clone)]
 struct Place;
 
 impl Cost<1> for Place {
@@ -63,11 +64,8 @@ pub fn pose() -> Result<Posed, MotionError> {
     let ends = q.map(|coordinate| scene.end_state(coordinate));
     let at_rest = [(ends[0].position, 0.0), (ends[0].rate, 0.0), (ends[1].position, ABOVE), (ends[1].rate, 0.0)];
     let mut constraints: Vec<(Output, Interval)> = at_rest.map(|(output, x)| (output, Interval::equal(x))).to_vec();
-    for node in 1..STEPS {
-        let place = scene.output(&format!("x at node {node}"));
-        scene.term(place, &format!("x at node {node}"), Place, Sum::Node(node), [q[0]], [], [], []);
-        constraints.push((place, Interval::new(-1.0, 5.0)));
-    }
+    let places = scene.outputs_at("x", Place, 1..STEPS, [q[0]], [], [], []);
+    constraints.extend(places.into_iter().map(|place| (place, Interval::new(-1.0, 5.0))));
     let system = scene.compile()?;
     let inputs = Inputs::at_rest(&system, Grid::uniform(STEPS, DURATION / STEPS as f64));
     let free = vec![Free::control(force).within(-100.0, 100.0).scaled(50.0), Free::duration().within(0.05, 5.0)];
