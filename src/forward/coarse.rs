@@ -12,6 +12,7 @@
 use super::monitor::Monitor;
 use crate::motion::{Motion, column};
 use crate::node::UnitWeights;
+use crate::number::largest;
 use crate::{System, Warning};
 
 /// Fewer steps in a period are too few for a scheme of second order, or of a higher one.
@@ -22,6 +23,8 @@ const EVERY: usize = 8;
 const LEAST: usize = 3;
 /// Velocities count whose sum is above this fraction of the largest one, in units of the masses.
 const COUNTS: f64 = 0.1;
+/// Velocities that move their coordinate during the motion by less than this fraction of the largest coordinate are rounding errors.
+const ROUNDING: f64 = 1e-12;
 
 /// Σ |v| and Σ |second difference of v| for each coordinate so far.
 #[derive(Clone, Default)]
@@ -47,11 +50,11 @@ impl Oscillation {
         std::f64::consts::TAU / (1.0 - 0.5 * (self.bends[i] / self.sums[i]).min(4.0)).acos()
     }
 
-    /// The coordinate with the fewest steps in a period.
-    fn fastest(&self, weights: &UnitWeights) -> Option<usize> {
+    /// The coordinate with the fewest steps in a period, of those with at least the sum `least`.
+    fn fastest(&self, weights: &UnitWeights, least: f64) -> Option<usize> {
         let size = |i: usize| self.sums[i] * weights.velocity(i);
         let most = (0..self.sums.len()).map(size).fold(0.0, f64::max);
-        let counting = (0..self.sums.len()).filter(|&i| size(i) > COUNTS * most);
+        let counting = (0..self.sums.len()).filter(|&i| size(i) > COUNTS * most && self.sums[i] > least);
         counting.min_by(|&a, &b| self.period(a).total_cmp(&self.period(b)))
     }
 }
@@ -65,7 +68,7 @@ impl Monitor {
             self.add_difference(motion, node);
         }
         if node + 1 == motion.nodes() && self.oscillation.count >= LEAST && !motion.is_growing {
-            self.warn_of_coarse_steps(system, motion, weights);
+            self.warn_of_coarse_steps(system, motion, (weights, node));
         }
     }
 
@@ -85,8 +88,11 @@ impl Monitor {
     }
 
     #[cold]
-    fn warn_of_coarse_steps(&mut self, system: &System, motion: &Motion, weights: &UnitWeights) {
-        let Some(fastest) = self.oscillation.fastest(weights) else { return };
+    fn warn_of_coarse_steps(&mut self, system: &System, motion: &Motion, (weights, node): (&UnitWeights, usize)) {
+        let size = largest(column(&motion.trajectory.q, node - motion.first));
+        let duration = motion.inputs.grid.steps.iter().sum::<f64>().abs();
+        let least = ROUNDING * size * self.oscillation.count as f64 / duration;
+        let Some(fastest) = self.oscillation.fastest(weights, least) else { return };
         let steps = self.oscillation.period(fastest);
         if steps < FEWEST[usize::from(motion.trajectory.scheme.order > 2)] {
             let coordinate = system.coordinate_name(fastest).to_string();

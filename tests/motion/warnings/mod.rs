@@ -10,6 +10,7 @@ mod work;
 
 use hamiltonian_adjoint::check::Random;
 use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::scenes::CartPendulum;
 use hamiltonian_adjoint::{
     Composition, Gradient, Grid, Inputs, LongSolver, Scene, Settings, Solver, Sum, System, Warning, gradient, gradients,
 };
@@ -319,4 +320,14 @@ fn an_aim_that_is_reached_is_no_growth_and_a_motion_that_amplifies_changes_is() 
     let (_, factor, told) = growth(0.0, -4.0);
     println!("hill: {factor:.1e}");
     assert!(factor > 1e8 && told);
+}
+
+#[test]
+fn rounding_errors_of_a_motion_at_rest_do_not_oscillate() {
+    for links in 1..5 {
+        let system = CartPendulum::with_links(links).scene().compile().expect("a system");
+        let mut solver = Solver::new(&system, Settings::default());
+        solver.simulate(&Inputs::at_rest(&system, Grid::uniform(200, 0.02))).expect("a motion");
+        assert!(solver.report().warnings.is_empty(), "{:?}", solver.report().warnings);
+    }
 }
