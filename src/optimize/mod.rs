@@ -70,7 +70,7 @@ pub use least_squares::levenberg_marquardt;
 pub use motion_problem::MotionProblem;
 pub use multi_start::{lowest, multi_start};
 pub use multiple_shooting::MultipleShooting;
-pub use outcome::{Iterate, Options, Outcome, Reason, Watcher, silent};
+pub use outcome::{Iterate, Options, Outcome, Reason, Watcher, log_to, silent};
 pub use problem::{Interval, Problem};
 pub use solve::{Attempt, Guess, Search, Solved, solve};
 pub use stages::stages;

@@ -122,6 +122,14 @@ impl MotionProblem {
         self.constraints[self.solver.system().place_of(output)] = to;
     }
 
+    /// Sets the same interval for several outputs, for example for those of [`Scene::outputs_at`](crate::Scene::outputs_at).
+    ///
+    /// # Panics
+    /// If an output belongs to another scene.
+    pub fn constrain_all(&mut self, outputs: &[Output], to: Interval) {
+        outputs.iter().for_each(|output| self.constrain(*output, to));
+    }
+
     /// The variables of the current inputs. These are the inputs given to [`new`](Self::new), those set by [`change`](Self::change), or
     /// those of the last point whose evaluation succeeded, whichever is most recent.
     pub fn start(&self) -> Vec<f64> {

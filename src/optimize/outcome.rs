@@ -1,6 +1,7 @@
 //! Options and results of optimisation methods.
 
 use std::fmt;
+use std::io::Write;
 use std::ops::ControlFlow;
 
 use super::{Problem, Violation};
@@ -8,6 +9,8 @@ use crate::{Error, Warning};
 
 /// Number of violated constraints that a message names.
 const NAMED: usize = 3;
+/// Number of lines of a log after which the header is repeated.
+const LINES: usize = 25;
 
 /// Options of an optimisation method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -257,6 +260,32 @@ pub type Watcher<'w> = dyn FnMut(&Iterate, &[f64]) -> ControlFlow<()> + 'w;
 /// A [`Watcher`] that does nothing.
 pub fn silent(_: &Iterate, _: &[f64]) -> ControlFlow<()> {
     ControlFlow::Continue(())
+}
+
+/// A [`Watcher`] that writes a line for each iterate: its number, value, largest violation, stationarity and step.
+///
+/// Errors of the writer are ignored.
+///
+/// ```no_run
+/// use hamiltonian_adjoint::optimize::{Options, Problem, interior_point, log_to};
+/// # fn f(problem: &mut dyn Problem, start: &[f64]) -> Result<(), hamiltonian_adjoint::Error> {
+/// interior_point(problem, start, &Options::default(), &mut log_to(std::io::stdout()))?;
+/// # Ok(()) }
+/// ```
+pub fn log_to(mut writer: impl Write) -> impl FnMut(&Iterate, &[f64]) -> ControlFlow<()> {
+    let mut count = 0;
+    move |Iterate { value, violation, stationarity, step, .. }, _| {
+        if count % LINES == 0 {
+            let _ = writeln!(
+                writer,
+                "{:>9} {:>14} {:>10} {:>12} {:>10}",
+                "iteration", "value", "violation", "stationarity", "step"
+            );
+        }
+        let _ = writeln!(writer, "{count:>9} {value:>14.6e} {violation:>10.1e} {stationarity:>12.1e} {step:>10.1e}");
+        count += 1;
+        ControlFlow::Continue(())
+    }
 }
 
 /// The largest change of a variable.

@@ -219,6 +219,55 @@ impl Scene {
         }
     }
 
+    /// Adds an output with the value of a function h at each of some nodes, for example to limit it along the motion. The outputs are named
+    /// "`name` at node i"; [`MotionProblem::constrain_all`](crate::optimize::MotionProblem::constrain_all) limits them.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::optimize::{Free, Interval, MotionProblem, Variables};
+    /// use hamiltonian_adjoint::{Cost, CostPoint, Grid, Inputs, Scalar, Settings, scenes::CartPendulum};
+    /// use nalgebra::SVector;
+    ///
+    /// #[derive(Clone)]
+    /// struct Place;
+    /// impl Cost<1> for Place {
+    ///     fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+    ///         at.q[0]
+    ///     }
+    /// }
+    ///
+    /// let mut cart = CartPendulum::with_links(1).mechanism();
+    /// let places = cart.scene.outputs_at("place", Place, 0..=40, [cart.cart.coordinates[0]], [], [], []);
+    /// let system = cart.scene.compile()?;
+    /// let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.025));
+    /// let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force)])?;
+    /// let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables)?;
+    /// problem.constrain_all(&places, Interval::new(-0.5, 0.5)); // the ends of a rail, m
+    /// assert_eq!(system.output_name(places[7].index()), "place at node 7");
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    #[expect(clippy::too_many_arguments, reason = "the arguments of the function, one list each")]
+    pub fn outputs_at<C, const N: usize, const M: usize, const K: usize, const P: usize>(
+        &mut self,
+        name: &str,
+        function: C,
+        nodes: impl IntoIterator<Item = usize>,
+        q: [Coordinate; N],
+        sigma: [Multiplier; M],
+        u: [Control; K],
+        b: [Param; P],
+    ) -> Vec<Output>
+    where
+        C: Cost<N, M, K, P> + Clone,
+    {
+        let mut output = |node: usize| {
+            let name = format!("{name} at node {node}");
+            let output = self.output(&name);
+            self.term(output, &name, function.clone(), Sum::Node(node), q, sigma, u, b);
+            output
+        };
+        nodes.into_iter().map(&mut output).collect()
+    }
+
     /// Adds the effort w ∫ u² dt of a control to J.
     pub fn effort(&mut self, name: &str, control: Control, weight: impl Into<Param>) {
         let (control, numbers) = (Some(control), vec![weight.into()]);
