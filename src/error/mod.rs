@@ -213,7 +213,7 @@ pub enum Error {
     MovingConstraint {
         /// The constraint equation.
         equation: String,
-        /// Its rate at rest, m/s or rad/s, or, if that is zero, the derivative of the rate by time.
+        /// dΦ/dt of the equation at rest, m/s or rad/s, or, if it is zero, its time derivative.
         rate: f64,
         /// The time, s.
         time: f64,

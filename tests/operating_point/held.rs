@@ -42,7 +42,7 @@ fn a_held_crank_needs_the_torque_that_another_computation_gives() {
     let found = guess(&system).equilibrium(&[angle]).expect("an equilibrium");
     assert!(found.eigenvalues.is_empty() && found.is_stable());
     assert_eq!(found.state.q()[angle.index()], 1.2);
-    // The same torque from the motor balances the linkage.
+    // A motor with the torque of the holding force balances the linkage.
     let torque = found.holding[angle.index()];
     let balanced = guess(&system).with_controls(&[torque]).expect("a torque").equilibrium(&[]).expect("an equilibrium");
     let moved = DVector::from_column_slice(balanced.state.q()) - DVector::from_column_slice(found.state.q());

@@ -5,7 +5,7 @@ use hamiltonian_adjoint::optimize::{
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Sum};
+use hamiltonian_adjoint::{Control, EndState, Grid, Inputs, Scene, Settings, Sum};
 use nalgebra::DMatrix;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::ops::ControlFlow;
@@ -21,17 +21,27 @@ fn upright(links: usize, force: f64) -> MotionProblem {
     cart.scene.effort("effort", cart.force, 1e-4);
     let place = cart.scene.end_state(cart.cart.coordinates[0]);
     let angles: Vec<_> = cart.links.iter().map(|link| cart.scene.end_state(link.coordinates[2])).collect();
-    let system = cart.scene.compile().expect("a system");
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
-    inputs.set_control(cart.force, |t| force * (PI * t).sin());
-    let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force)]).expect("free");
-    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    let mut problem = started(&cart.scene, Free::control(cart.force), (cart.force, force), 0.02);
     problem.constrain(place.rate, Interval::ZERO);
+    come_upright(&mut problem, &angles);
+    problem
+}
+
+/// A problem in 100 steps, begun at rest with a control a sin πt.
+fn started(scene: &Scene, free: Free, (control, a): (Control, f64), dt: f64) -> MotionProblem {
+    let system = scene.clone().compile().expect("a system");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, dt));
+    inputs.set_control(control, |t| a * (PI * t).sin());
+    let variables = Variables::new(&system, &inputs, vec![free]).expect("free");
+    MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem")
+}
+
+/// Requires that links are upright and at rest at the end.
+fn come_upright(problem: &mut MotionProblem, angles: &[EndState]) {
     for angle in angles {
         problem.constrain(angle.position, Interval::equal(FRAC_PI_2));
         problem.constrain(angle.rate, Interval::ZERO);
     }
-    problem
 }
 
 #[test]
@@ -66,15 +76,8 @@ fn acrobot(torque: f64) -> MotionProblem {
     scene.torque_actuator("motor", upper, lower, motor);
     scene.effort("effort", motor, 1.0);
     let ends = [upper, lower].map(|link| scene.end_state(link.coordinates[2]));
-    let system = scene.compile().expect("a system");
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.03));
-    inputs.set_control(motor, |t| torque * (PI * t).sin());
-    let variables = Variables::new(&system, &inputs, vec![Free::control(motor).within(-20.0, 20.0)]).expect("free");
-    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
-    for end in ends {
-        problem.constrain(end.position, Interval::equal(FRAC_PI_2));
-        problem.constrain(end.rate, Interval::ZERO);
-    }
+    let mut problem = started(&scene, Free::control(motor).within(-20.0, 20.0), (motor, torque), 0.03);
+    come_upright(&mut problem, &ends);
     problem
 }
 

@@ -5,8 +5,8 @@
 //!   min f(x) − μ Σ ln(distances of y = (x, s) from bounds)      C(y) = 0: equalities c = l_c, and c − s = 0 of inequalities
 //! ```
 //!
-//! for decreasing μ ([`method`]); steps ([`trust_region`](super::trust_region)) are judged at the points to which they lead. If violations do not decrease, they alone are
-//! minimised ([`feasibility`]).
+//! for decreasing μ ([`method`]); steps ([`trust_region`](super::trust_region)) are judged at the points to which they lead. If violations do not
+//! decrease, they alone are minimised ([`feasibility`]).
 
 mod feasibility;
 mod method;
@@ -25,6 +25,7 @@ const SLOW: f64 = 0.9;
 const ALIKE: f64 = 0.5;
 /// The method ends after this many steps with no predicted decrease except rounding error, neither of φ nor of the violation.
 const MOST_IDLE: usize = 10;
+
 /// Minimises f(x) subject to constraints and bounds with exact products of the Hessian ([`Problem::product`]). The Jacobian of the
 /// constraints costs one right-hand side of a backward sweep for each constraint. A start at a bound is moved inside by a hundredth of the
 /// bound or of the distance to the other bound, whichever is smaller; if the bound is 0, the largest variable (1 if all are 0) replaces it. The start

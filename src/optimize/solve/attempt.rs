@@ -27,7 +27,7 @@ const LAST: usize = ROUNDS - 1;
 /// The largest number of iterations in a round.
 const MOST_JOINED: usize = 100;
 
-/// Whether an attempt goes on when the search for a feasible motion near its start has failed.
+/// The reaction of an attempt to a failed search for a feasible motion near its start.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Haste {
     /// Minimise from the start.

@@ -10,8 +10,9 @@ const LEAST: f64 = 1e-13;
 const SHARE: f64 = 0.3;
 /// Differences of φ below this fraction of it are rounding error.
 pub(in super::super) const ROUNDING: f64 = 1e-14;
-/// Corrections for the curvature of constraints: their largest number; they end if one leaves more than this fraction of the violation.
+/// Largest number of corrections for the curvature of the constraints.
 pub(in super::super) const CORRECTIONS: usize = 3;
+/// Corrections end if one of them leaves more than this fraction of the violation.
 pub(in super::super) const TAKEN_BACK: f64 = 0.5;
 
 /// The radius of a trust region, and the penalty ν.
