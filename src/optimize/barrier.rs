@@ -8,6 +8,8 @@ use super::problem::Interval;
 pub(super) const INSIDE: f64 = 1e-2;
 /// Largest fraction of the distance to a bound that a step may take.
 pub(super) const TO_BOUND: f64 = 0.995;
+/// Largest distance to which a start near a bound is moved, relative to the distance between the bounds.
+const NEAREST_MIDDLE: f64 = 0.4;
 /// Largest factor between the multiplier of a bound and μ/distance.
 const NEAR: f64 = 1e10;
 /// Largest number of Newton iterations for a minimum between two bounds, and their tolerance relative to the distance from the bounds.
@@ -69,6 +71,20 @@ impl Barrier {
         for ((z, of), y) in self.z.iter_mut().zip(&self.bounds).zip(y) {
             *z = distances(of, *y).map(|distance| mu / distance);
         }
+    }
+
+    /// Sets μ, moves y away from the bounds towards which a gradient of the Lagrangian pushes it, to the distances where complementarity holds with
+    /// this μ, and sets the corresponding multipliers.
+    pub(super) fn begin_near(&mut self, mu: f64, gradient: &[f64], y: &mut [f64]) {
+        for ((y, of), g) in y.iter_mut().zip(&self.bounds).zip(gradient) {
+            let room = NEAREST_MIDDLE * (of.most - of.least);
+            // Near a bound that does not push, distance and multiplier are alike.
+            let wanted = |force: f64| (mu / force.max(mu.sqrt())).min(room);
+            if !of.is_equality() {
+                *y = y.max(of.least + wanted(*g)).min(of.most - wanted(-g));
+            }
+        }
+        self.set(mu, y);
     }
 
     /// −μ times the sum of the logarithms of all distances.

@@ -8,6 +8,7 @@ mod extremes;
 mod flat;
 mod identified;
 mod interrupted;
+mod near;
 mod overdetermined;
 mod refused;
 mod segments;

@@ -2,7 +2,7 @@
 
 use super::super::free::Quantity;
 use super::super::problem::{Problem, largest_violation};
-use super::super::stages::{feasible, stages, stages_from};
+use super::super::stages::{Nearby, feasible, stages, stages_near};
 use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Violation, Watcher, interior_point};
 use super::guess::Line;
 use crate::Error;
@@ -14,8 +14,6 @@ const MET: f64 = 1e-4;
 /// The largest numbers of iterations of a way, and of one in haste from a feasible motion.
 const MOST: usize = 400;
 const MOST_HASTY: usize = 80;
-/// The first μ for joined segments.
-const JOINED_MU: f64 = 1e-6;
 /// The tolerance of violations in the last round relative to that asked for, and its smallest value.
 const EXACT: f64 = 1e-3;
 const LEAST: f64 = 1e-13;
@@ -24,6 +22,8 @@ const FAR: f64 = 1e-2;
 /// Numbers of times that segments are solved again with the drift and the multipliers of those before, and as a single motion in the last round.
 const ROUNDS: usize = 4;
 const LAST: usize = ROUNDS - 1;
+/// The largest number of iterations near the minimum of a similar problem.
+const MOST_NEAR: usize = 40;
 /// The largest number of iterations in a round.
 const MOST_JOINED: usize = 100;
 
@@ -47,9 +47,59 @@ pub(super) fn in_segments(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Option<Outcome>, Error> {
-    let (system, settings) = (problem.solver.system().clone(), problem.solver.settings());
-    let (start, inputs, free) = (problem.start(), problem.inputs_at(&problem.start()), problem.free().free().to_vec());
-    let built = MultipleShooting::new(&system, settings, inputs, free, &line.coordinates, segments);
+    let Some(mut shooting) = divided(problem, line, segments)? else { return Ok(None) };
+    let start = problem.start();
+    // The first variables are those of the problem.
+    let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
+    let is_timed = problem.free().free().iter().any(|free| free.quantity == Quantity::Duration);
+    let found = minimised(&mut shooting, (is_timed, haste), options, &mut only)?;
+    if !found.reason.is_converged() {
+        return Ok(Some(restated(problem, found, &start)));
+    }
+    let found = if problem.solver.system().m() == 0 { found } else { joined(&mut shooting, found, options, &mut only)? };
+    Ok(Some(polished(problem, found, options, watch)?))
+}
+
+/// Minimises J as one motion in joined segments, from the current motion of the problem, which minimised a similar problem with these multipliers of
+/// the outputs; `None` if the motion cannot be divided or has no derivatives.
+///
+/// # Errors
+/// A problem without Hessian products.
+pub(super) fn near_optimum(
+    problem: &mut MotionProblem,
+    (line, segments, multipliers): (&Line, usize, &[f64]),
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Option<Outcome>, Error> {
+    let mut near = Nearby { slopes: vec![0.0; problem.variables()], multipliers: multipliers.to_vec() };
+    if problem.gradient(1.0, multipliers, &mut near.slopes).is_err() {
+        return Ok(None);
+    }
+    let Some(mut shooting) = divided(problem, line, segments)? else { return Ok(None) };
+    let x = shooting.start();
+    let mut constraints = vec![0.0; shooting.constraints().len()];
+    if shooting.evaluate(&x, &mut constraints).is_err() {
+        return Ok(None);
+    }
+    let Ok(x) = shooting.join() else { return Ok(None) };
+    near.slopes.resize(x.len(), 0.0);
+    let start = problem.start();
+    let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
+    let found = stages_near(&mut shooting, (&x, &near), &exact(options, MOST_NEAR), &mut only)?;
+    if !found.reason.is_converged() {
+        return Ok(Some(restated(problem, found, &start)));
+    }
+    Ok(Some(polished(problem, found, options, watch)?))
+}
+
+/// The problem in a number of segments that begin at a guess; `None` if it cannot be divided.
+///
+/// # Errors
+/// A guess that is not finite.
+fn divided(problem: &MotionProblem, line: &Line, segments: usize) -> Result<Option<MultipleShooting>, Error> {
+    let (system, settings) = (problem.solver.system(), problem.solver.settings());
+    let (inputs, free) = (problem.inputs_at(&problem.start()), problem.free().free().to_vec());
+    let built = MultipleShooting::new(system, settings, inputs, free, &line.coordinates, segments);
     let Ok(mut shooting) = built else { return Ok(None) };
     shooting.report_to(&problem.solver.forward().watch);
     for (k, interval) in problem.constraints().into_iter().enumerate() {
@@ -59,21 +109,22 @@ pub(super) fn in_segments(
         q.copy_from(&line.q.column(node));
         v.copy_from(&line.v.column(node));
     })?;
-    // The first variables are those of the problem.
-    let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
-    let is_timed = problem.free().free().iter().any(|free| free.quantity == Quantity::Duration);
-    let found = minimised(&mut shooting, (is_timed, haste), options, &mut only)?;
-    if !found.reason.is_converged() {
-        return Ok(Some(restated(problem, found, &start)));
-    }
-    let found = if system.m() == 0 { found } else { joined(&mut shooting, found, options, &mut only)? };
+    Ok(Some(shooting))
+}
+
+/// The minimum of joined segments as that of the problem, continued as one motion if it violates constraints by a little.
+///
+/// # Errors
+/// A problem without Hessian products.
+fn polished(problem: &mut MotionProblem, found: Outcome, options: &Options, watch: &mut Watcher) -> Result<Outcome, Error> {
+    let start = problem.start();
     let one = restated(problem, found, &start);
     if one.violation <= options.violation || one.violation > FAR || one.is_interrupted() {
-        return Ok(Some(one));
+        return Ok(one);
     }
     let x = one.x.clone();
-    let polished = interior_point(problem, &x, options, watch)?;
-    Ok(Some(sum(one, polished)))
+    let later = interior_point(problem, &x, options, watch)?;
+    Ok(sum(one, later))
 }
 
 /// Minimises J in segments. If the duration is free, a feasible motion with about the duration of the start is sought first, because a lower J
@@ -113,10 +164,10 @@ fn joined(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    let few = Options { iterations: options.iterations.min(MOST_JOINED), ..*options };
-    // Unstable motions amplify what is left.
-    let exact = Options { violation: (EXACT * options.violation).max(LEAST), ..few };
+    let exact = exact(options, MOST_JOINED);
+    let few = Options { violation: options.violation, ..exact };
     for round in 0..ROUNDS {
+        let Some(mut near) = nearby(shooting, &found) else { break };
         let x = match round {
             LAST => shooting.join(),
             _ => shooting.follow().map(|()| shooting.start()),
@@ -129,7 +180,8 @@ fn joined(
             }
         };
         let asked = if round == LAST { &exact } else { &few };
-        let next = stages_from(shooting, (&x, JOINED_MU), asked, watch)?;
+        near.slopes.resize(x.len(), 0.0);
+        let next = stages_near(shooting, (&x, &near), asked, watch)?;
         let is_done = next.reason.is_converged();
         found = sum(found, next);
         if !is_done {
@@ -137,6 +189,19 @@ fn joined(
         }
     }
     Ok(found)
+}
+
+/// Options with a smaller tolerance of violations, because unstable motions amplify what is left, and with at most so many iterations.
+fn exact(options: &Options, most: usize) -> Options {
+    let violation = (EXACT * options.violation).max(LEAST);
+    Options { iterations: options.iterations.min(most), violation, ..*options }
+}
+
+/// The derivatives of the Lagrangian at a minimum; `None` if they cannot be computed.
+fn nearby(shooting: &mut MultipleShooting, found: &Outcome) -> Option<Nearby> {
+    let mut slopes = vec![0.0; shooting.variables()];
+    shooting.gradient(1.0, &found.multipliers, &mut slopes).ok()?;
+    Some(Nearby { slopes, multipliers: found.multipliers.clone() })
 }
 
 fn is_interruption(error: &Error) -> bool {

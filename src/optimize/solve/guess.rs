@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::MotionProblem;
 use super::super::problem::{Interval, Problem};
 use super::super::segment::Segment;
+use super::super::{MotionProblem, Outcome};
 use super::starts;
 use crate::assembly::Retraction;
 use crate::motion::check_size;
@@ -34,6 +34,20 @@ pub enum Guess {
     },
     /// The motion of the inputs of the problem, without segments.
     Inputs,
+    /// The minimum of a problem that differs a little from this one, in its targets, bounds, start or parameters: a few Newton steps lead to the new
+    /// minimum. An [`Outcome`] can be converted to this guess.
+    Optimum {
+        /// The variables, [`Outcome::x`].
+        x: Vec<f64>,
+        /// The multipliers of the outputs, [`Outcome::multipliers`].
+        multipliers: Vec<f64>,
+    },
+}
+
+impl From<&Outcome> for Guess {
+    fn from(outcome: &Outcome) -> Self {
+        Guess::Optimum { x: outcome.x.clone(), multipliers: outcome.multipliers.clone() }
+    }
 }
 
 /// A guess, and a number of starts.
@@ -53,6 +67,38 @@ impl From<Guess> for Search {
 }
 
 impl Guess {
+    /// Validates sizes and values for a problem.
+    ///
+    /// # Errors
+    /// Wrong sizes, or values that are not finite.
+    pub(super) fn check(&self, problem: &MotionProblem) -> Result<(), Error> {
+        let is_finite = |what: &str, mut all: std::slice::Iter<'_, f64>| match all.find(|x| !x.is_finite()) {
+            Some(&value) => Err(Error::NotFinite { what: what.into(), value }),
+            None => Ok(()),
+        };
+        match self {
+            Guess::Straight | Guess::Inputs => Ok(()),
+            Guess::States { q, v } => {
+                let (n, nodes) = (problem.solver.system().n(), problem.inputs_at(&problem.start()).grid.nodes());
+                [("the coordinates of a guess", q), ("the velocities of a guess", v)].into_iter().try_for_each(
+                    |(what, of)| {
+                        check_size(what, n, of.nrows())?;
+                        check_size(what, nodes, of.ncols())?;
+                        is_finite(what, of.as_slice().iter())
+                    },
+                )
+            }
+            Guess::Optimum { x, multipliers } => {
+                let (variables, outputs) = (problem.variables(), problem.constraints().len());
+                let all = [("the variables of a guess", x, variables), ("the multipliers of a guess", multipliers, outputs)];
+                all.into_iter().try_for_each(|(what, of, expected)| {
+                    check_size(what, expected, of.len())?;
+                    is_finite(what, of.iter())
+                })
+            }
+        }
+    }
+
     /// A search from this guess with a number of starts.
     pub fn starts(self, starts: usize) -> Search {
         Search { guess: self, starts }
@@ -67,31 +113,27 @@ pub(super) struct Line {
 }
 
 impl Line {
+    /// The states of the last evaluated motion of a problem.
+    pub(super) fn of_motion(problem: &MotionProblem) -> Self {
+        let (system, inputs) = (problem.solver.system(), problem.inputs_at(&problem.start()));
+        let coordinates = Retraction::choose(system, &[], &inputs).into_iter().map(|i| system.coordinate(i)).collect();
+        let motion = problem.solver.trajectory();
+        Line { coordinates, q: motion.q.clone(), v: motion.v.clone() }
+    }
+
     /// The states of a guess for a start of a search, bent at random unless it is the first one; `None` if there is no consistent start.
-    ///
-    /// # Errors
-    /// States of wrong size or not finite.
-    pub(super) fn new(problem: &MotionProblem, guess: &Guess, start: usize) -> Result<Option<Self>, Error> {
+    pub(super) fn new(problem: &MotionProblem, guess: &Guess, start: usize) -> Option<Self> {
         let (system, settings) = (problem.solver.system(), problem.solver.settings());
         let inputs = problem.inputs_at(&problem.start());
         let nodes = inputs.grid.nodes();
-        if let Guess::States { q, v } = guess {
-            for (what, of) in [("the coordinates of a guess", q), ("the velocities of a guess", v)] {
-                check_size(what, system.n(), of.nrows())?;
-                check_size(what, nodes, of.ncols())?;
-                if let Some(&value) = of.iter().find(|x| !x.is_finite()) {
-                    return Err(Error::NotFinite { what: what.into(), value });
-                }
-            }
-        }
-        let Some([q0, v0]) = start_of(system, settings, &inputs) else { return Ok(None) };
+        let [q0, v0] = start_of(system, settings, &inputs)?;
         let ends = ends(problem);
         let preferred: Vec<usize> = ends.iter().flat_map(|(output, _)| system.coordinates_of(1 + output)).collect();
         let mut at = inputs.clone();
         at.start.q_mut().copy_from(&q0);
         let chosen = Retraction::choose(system, &preferred, &at);
         let coordinates: Vec<Coordinate> = chosen.iter().map(|&i| system.coordinate(i)).collect();
-        let Ok(mut pose) = Pose::new(system, settings, &at, &coordinates) else { return Ok(None) };
+        let mut pose = Pose::new(system, settings, &at, &coordinates).ok()?;
         let times = inputs.grid.times();
         let z0 = pose.guess(&q0, &v0);
         let mut z = match guess {
@@ -118,7 +160,7 @@ impl Line {
             q.set_column(node, &here);
             v.set_column(node, &rates);
         }
-        Ok(Some(Line { coordinates, q, v }))
+        Some(Line { coordinates, q, v })
     }
 }
 

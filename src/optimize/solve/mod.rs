@@ -5,10 +5,10 @@ mod guess;
 mod solved;
 mod starts;
 
-use super::{Iterate, MotionProblem, Options, Outcome, Watcher, interior_point, silent};
+use super::{Iterate, MotionProblem, Options, Outcome, Problem, Watcher, interior_point, silent};
 use crate::Error;
 use crate::solver::each;
-use attempt::{Haste, in_segments};
+use attempt::{Haste, in_segments, near_optimum};
 use guess::Line;
 pub use guess::{Guess, Search};
 pub use solved::{Attempt, Solved};
@@ -75,6 +75,7 @@ pub fn solve(
 ) -> Result<Solved, Error> {
     let Search { guess, starts } = search.into();
     options.fit(problem, &problem.start())?;
+    guess.check(problem)?;
     let mut best = from_start(problem, &guess, (options, 0), watch)?;
     if starts < 2 || best.outcome.is_interrupted() {
         return Ok(best);
@@ -135,12 +136,25 @@ fn from_start(
     (options, first): (&Options, usize),
     watch: &mut Watcher,
 ) -> Result<Solved, Error> {
-    let (start, mut attempts) = (problem.start(), Vec::new());
+    let mut attempts = Vec::new();
     let haste = if first == 0 { Haste::Patient } else { Haste::Brief };
     let line = match guess {
         Guess::Inputs => None,
-        _ => Line::new(problem, guess, first)?,
+        Guess::Optimum { x, multipliers } if first == 0 && settles_at(problem, x) => {
+            let line = Line::of_motion(problem);
+            let segments = counts(problem, first).first().copied().unwrap_or(1);
+            if let Some(outcome) = near_optimum(problem, (&line, segments, multipliers), options, watch)? {
+                attempts.push(Attempt::of("near the optimum".into(), &outcome, options));
+                if is_solved(&outcome, options) || outcome.is_interrupted() {
+                    return Ok(Solved { outcome, attempts });
+                }
+                settles_at(problem, x);
+            }
+            Some(line)
+        }
+        _ => Line::new(problem, guess, first),
     };
+    let start = problem.start();
     let ways = line.iter().flat_map(|line| counts(problem, first).into_iter().map(move |segments| (line, segments)));
     for (line, segments) in ways.collect::<Vec<_>>() {
         let Some(outcome) = in_segments(problem, (line, segments, haste), options, watch)? else { continue };
@@ -156,6 +170,12 @@ fn from_start(
     let outcome = interior_point(problem, &start, options, watch)?;
     attempts.push(Attempt::of("one motion".into(), &outcome, options));
     Ok(Solved { outcome, attempts })
+}
+
+/// Makes x the current point; false if it has no motion.
+fn settles_at(problem: &mut MotionProblem, x: &[f64]) -> bool {
+    let mut constraints = vec![0.0; problem.constraints().len()];
+    problem.evaluate(x, &mut constraints).is_ok()
 }
 
 /// The numbers of segments that are tried; the first ones alternate between starts.

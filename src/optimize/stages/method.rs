@@ -40,6 +40,18 @@ pub(super) struct Method<'p> {
     pub shift: f64,
 }
 
+/// The first μ, and slopes of the Lagrangian if the start is near a minimum.
+pub(super) struct Start {
+    pub mu: f64,
+    pub slopes: Option<Slopes>,
+}
+
+/// Derivatives of the Lagrangian, without the multipliers of bounds, by the variables v and by the slacks of rows.
+pub(super) struct Slopes {
+    pub variables: Vec<DVector<f64>>,
+    pub rows: Vec<DVector<f64>>,
+}
+
 /// Errors of an iterate.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Errors {
@@ -48,11 +60,11 @@ pub(super) struct Errors {
 }
 
 impl<'p> Method<'p> {
-    /// The method at a start, which is moved inside its bounds, with the first μ.
+    /// The method at a start, which is moved inside its bounds.
     ///
     /// # Errors
     /// A point without values or derivatives.
-    pub(super) fn new(problem: &'p mut dyn Staged, v: &[DVector<f64>], mu: f64) -> Result<Self, Error> {
+    pub(super) fn new(problem: &'p mut dyn Staged, v: &[DVector<f64>], near: &Start) -> Result<Self, Error> {
         let shape = problem.shape();
         let mut first = vec![0];
         first.extend(shape.bounds.iter().scan(0, |end, of| {
@@ -78,15 +90,15 @@ impl<'p> Method<'p> {
             scale: 1.0,
             shift: 0.0,
         };
-        method.restart(v, mu)?;
+        method.restart(v, near)?;
         Ok(method)
     }
 
-    /// Restarts at a point, which is moved inside its bounds, with this μ.
+    /// Restarts at a point, which is moved inside its bounds.
     ///
     /// # Errors
     /// A point without values or derivatives.
-    pub(super) fn restart(&mut self, v: &[DVector<f64>], mu: f64) -> Result<(), Error> {
+    pub(super) fn restart(&mut self, v: &[DVector<f64>], near: &Start) -> Result<(), Error> {
         let shape = self.problem.shape();
         let of_rows = self.inequalities.iter().map(|at| shape.rows[at.stage][at.row]);
         let bounds: Vec<Interval> = shape.bounds.iter().flatten().copied().chain(of_rows).collect();
@@ -94,26 +106,36 @@ impl<'p> Method<'p> {
         y.iter_mut().zip(&bounds).for_each(|(y, of)| *y = of.nearest(*y));
         self.barrier = Barrier::of(bounds);
         self.barrier.unit = y.iter().fold(1.0f64, |most, x| most.max(x.abs()));
-        self.barrier.move_variables(&mut y, INSIDE.min(mu));
+        if near.slopes.is_none() {
+            self.barrier.move_variables(&mut y, INSIDE.min(near.mu));
+        }
         (self.y, self.scale, self.shift) = (y, 1.0, 0.0);
         self.multipliers = Multipliers::zeros(shape);
         self.begin()?;
-        if self.barrier.is_there() {
-            self.barrier.set(mu, &self.y);
+        match &near.slopes {
+            _ if !self.barrier.is_there() => Ok(()),
+            None => {
+                self.barrier.set(near.mu, &self.y);
+                Ok(())
+            }
+            Some(slopes) => self.begin_near(near.mu, slopes),
         }
+    }
+
+    /// Moves the start to where complementarity holds for these slopes of the Lagrangian.
+    fn begin_near(&mut self, mu: f64, slopes: &Slopes) -> Result<(), Error> {
+        let of_slack = |at: &Place| slopes.rows[at.stage][at.row];
+        let all = slopes.variables.iter().flat_map(|of| of.iter().copied()).chain(self.inequalities.iter().map(of_slack));
+        let scaled: Vec<f64> = all.map(|g| self.scale * g).collect();
+        self.barrier.begin_near(mu, &scaled, &mut self.y);
+        self.evaluate_with_copies()?;
+        self.linear = self.problem.linearise()?;
         Ok(())
     }
 
     /// Computes values, slacks, derivatives and the factor of the cost at the start.
     fn begin(&mut self) -> Result<(), Error> {
-        let values = self.problem.evaluate(&self.v(&self.y))?;
-        // The copies of variables that were moved inside their bounds.
-        let shape = self.problem.shape();
-        for k in 1..shape.bounds.len() {
-            let copies = (0..shape.states).filter(|&i| shape.shifted[k][i] == 0.0);
-            copies.for_each(|i| self.y[self.first[k] + i] = values.next[k - 1][i]);
-        }
-        self.values = self.problem.evaluate(&self.v(&self.y))?;
+        self.evaluate_with_copies()?;
         let slacks: Vec<f64> = self.inequalities.iter().map(|at| self.values.rows[at.stage][at.row]).collect();
         self.y.extend(slacks);
         self.barrier.move_slacks(self.slack(0), &mut self.y);
@@ -122,6 +144,18 @@ impl<'p> Method<'p> {
         if steepest > 0.0 {
             self.scale = steepest.clamp(GRADIENT[0], GRADIENT[1]) / steepest;
         }
+        Ok(())
+    }
+
+    /// Computes values after variables have been moved, of which later stages have copies.
+    fn evaluate_with_copies(&mut self) -> Result<(), Error> {
+        let values = self.problem.evaluate(&self.v(&self.y))?;
+        let shape = self.problem.shape();
+        for k in 1..shape.bounds.len() {
+            let copies = (0..shape.states).filter(|&i| shape.shifted[k][i] == 0.0);
+            copies.for_each(|i| self.y[self.first[k] + i] = values.next[k - 1][i]);
+        }
+        self.values = self.problem.evaluate(&self.v(&self.y))?;
         Ok(())
     }
 

@@ -18,11 +18,11 @@ use super::multiple_shooting::MultipleShooting;
 use super::problem::{Problem, largest_violation};
 use super::{Iterate, Options, Outcome, Reason, Violation, Watcher};
 use crate::Error;
-use method::Method;
+use method::{Method, Start};
 use nalgebra::DVector;
 use near::Near;
 use problem::{Counts, Multipliers, Staged};
-use run::{FIRST_MU, Run};
+use run::{FIRST_MU, NEAR_MU, Run};
 use shooting::Segments;
 
 /// Minimises f(x) of multiple shooting by a primal-dual interior-point method with a filter, whose Newton steps are computed segment by segment.
@@ -47,7 +47,7 @@ pub fn stages(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    run(problem, (start, FIRST_MU), Cost::Stated, options, watch)
+    run(problem, (start, None), Cost::Stated, options, watch)
 }
 
 /// Seeks a point that satisfies all constraints near a start, with almost the same duration and design variables.
@@ -60,7 +60,7 @@ pub(super) fn feasible(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    run(problem, (start, FIRST_MU), Cost::Distance, options, watch)
+    run(problem, (start, None), Cost::Distance, options, watch)
 }
 
 /// The function that the method minimises.
@@ -72,22 +72,30 @@ enum Cost {
     Distance,
 }
 
-/// As [`stages`], with a first μ: small if the start is almost a minimum.
+/// A minimum of a similar problem.
+pub(super) struct Nearby {
+    /// The derivatives of its Lagrangian by the variables.
+    pub slopes: Vec<f64>,
+    /// The multipliers of its outputs.
+    pub multipliers: Vec<f64>,
+}
+
+/// As [`stages`], from a start near the minimum of a similar problem.
 ///
 /// # Errors
 /// As `stages`.
-pub(super) fn stages_from(
+pub(super) fn stages_near(
     problem: &mut MultipleShooting,
-    (start, mu): (&[f64], f64),
+    (start, near): (&[f64], &Nearby),
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    run(problem, (start, mu), Cost::Stated, options, watch)
+    run(problem, (start, Some(near)), Cost::Stated, options, watch)
 }
 
 fn run(
     problem: &mut MultipleShooting,
-    (start, mu): (&[f64], f64),
+    (start, near): (&[f64], Option<&Nearby>),
     cost: Cost,
     options: &Options,
     watch: &mut Watcher,
@@ -97,13 +105,14 @@ fn run(
     let mut run = Run::new(options, watch);
     let (mut v, mut reason) = (segments.point(start), Reason::NoStart);
     let mut multipliers = Multipliers::zeros(segments.shape());
-    let mut near;
+    let begin = segments.begin(near);
+    let mut distance;
     let begun = match (segments.with_sums(&mut v), cost) {
         (Err(error), _) => Err(error),
-        (Ok(()), Cost::Stated) => Method::new(&mut segments, &v, mu),
+        (Ok(()), Cost::Stated) => Method::new(&mut segments, &v, &begin),
         (Ok(()), Cost::Distance) => {
-            near = Near::new(&mut segments, &v);
-            Method::new(&mut near, &v, mu)
+            distance = Near::new(&mut segments, &v);
+            Method::new(&mut distance, &v, &begin)
         }
     };
     match begun {
@@ -115,7 +124,7 @@ fn run(
             }
         }
         Ok(mut method) => {
-            let end = solved(&mut run, &mut method, (&v, mu))?;
+            let end = solved(&mut run, &mut method, (&v, &begin))?;
             (v, multipliers, reason) = (end.v, end.multipliers, end.reason);
         }
     }
@@ -148,6 +157,16 @@ fn run(
     })
 }
 
+impl Segments<'_> {
+    /// The beginning of the method, near a minimum of a similar problem if there is one.
+    fn begin(&self, near: Option<&Nearby>) -> Start {
+        match near {
+            None => Start { mu: FIRST_MU, slopes: None },
+            Some(near) => Start { mu: NEAR_MU, slopes: Some(self.slopes(&near.slopes, &near.multipliers)) },
+        }
+    }
+}
+
 /// The end of a run.
 struct End {
     v: Vec<DVector<f64>>,
@@ -174,14 +193,14 @@ impl End {
 ///
 /// # Errors
 /// A problem without second derivatives.
-fn solved(run: &mut Run<'_, '_>, method: &mut Method<'_>, (start, mu): (&[DVector<f64>], f64)) -> Result<End, Error> {
+fn solved(run: &mut Run<'_, '_>, method: &mut Method<'_>, (start, begin): (&[DVector<f64>], &Start)) -> Result<End, Error> {
     let reason = run.along_lines(method)?;
     let first = End::of(run, method, reason);
     if !run.falls_back(reason) {
         return Ok(first);
     }
     let again = if run.is_near() { &first.v[..] } else { start };
-    if let Err(error) = method.restart(again, mu) {
+    if let Err(error) = method.restart(again, begin) {
         run.fail(error);
         let reason = if run.is_interrupted() { Reason::Interrupted } else { reason };
         return Ok(End { reason, ..first });

@@ -14,6 +14,8 @@ const LESS: f64 = 0.2;
 const POWER: f64 = 1.5;
 const SOLVED: f64 = 10.0;
 const LAST_MU: f64 = 1.0 / 11.0;
+/// The first μ near a minimum of a similar problem.
+pub(super) const NEAR_MU: f64 = 1e-6;
 /// Multipliers are estimated again after steps shorter than this, shifts above this, or above this size of multipliers: they, the Hessian and
 /// its shift would otherwise increase each other.
 const SHORT: f64 = 0.1;

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::multiple_shooting::MultipleShooting;
 use super::super::problem::Problem;
-use super::layout::Layout;
+use super::layout::{Layout, Row};
+use super::method::Slopes;
 use super::problem::{Counts, Linear, Multipliers, Shape, Staged, Values};
 use crate::Error;
 use crate::solver::Asked;
@@ -67,6 +68,19 @@ impl<'p> Segments<'p> {
             v[self.at.places.len()][at] = sum;
         }
         Ok(())
+    }
+
+    /// Derivatives of the Lagrangian by the variables of the stages and by the slacks of their rows, from those by the variables of the whole problem,
+    /// and from the multipliers of the outputs.
+    pub(super) fn slopes(&self, by_x: &[f64], multipliers: &[f64]) -> Slopes {
+        let of_rows = |of: &Vec<Row>| {
+            let own = of.iter().filter(|row| row.sum.is_none());
+            DVector::from_iterator(own.clone().count(), own.map(|row| -multipliers[row.output]))
+        };
+        let mut rows: Vec<DVector<f64>> = self.at.rows.iter().map(of_rows).collect();
+        let of_ends = self.at.ends.iter().map(|&(_, output)| -multipliers[output]);
+        rows.push(DVector::from_iterator(self.at.ends.len(), of_ends));
+        Slopes { variables: self.point(by_x), rows }
     }
 
     /// The multipliers of the outputs and of the continuity conditions, in the order of the constraints of the whole problem.

@@ -1,0 +1,183 @@
+//! Minima of problems that differ a little from solved ones.
+
+use hamiltonian_adjoint::optimize::{
+    Attempt, Free, Guess, Interval, MotionProblem, Options, Outcome, Problem, Reason, Variables, silent, solve,
+};
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::scenes::CartPendulum;
+use hamiltonian_adjoint::{Error, Grid, Inputs, Output, Scene, Settings, Start};
+use std::f64::consts::{FRAC_PI_2, PI};
+
+const OPTIONS: Options =
+    Options { iterations: 300, target: None, stationarity: 1e-7, violation: 1e-9, memory: 30, first_step: None };
+
+/// A cart whose links turn up and come to rest in 2 s with the least effort of a bounded force; the end of the first link.
+fn bounded(links: usize, most: f64) -> (MotionProblem, Output) {
+    let mut cart = CartPendulum::with_links(links).mechanism();
+    cart.scene.effort("effort", cart.force, 1e-4);
+    let place = cart.scene.end_state(cart.cart.coordinates[0]);
+    let angles: Vec<_> = cart.links.iter().map(|link| cart.scene.end_state(link.coordinates[2])).collect();
+    let system = cart.scene.compile().expect("a system");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+    inputs.set_control(cart.force, |t| 5.0 * (PI * t).sin());
+    let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force).within(-most, most)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(place.rate, Interval::ZERO);
+    for angle in &angles {
+        problem.constrain(angle.position, Interval::equal(FRAC_PI_2));
+        problem.constrain(angle.rate, Interval::ZERO);
+    }
+    (problem, angles[0].position)
+}
+
+fn solved(problem: &mut MotionProblem, guess: Guess) -> (Outcome, Vec<Attempt>) {
+    let found = solve(problem, guess, &OPTIONS, &mut silent).expect("fits");
+    println!("{found}");
+    assert!(found.outcome.reason == Reason::Stationary && found.outcome.violation <= 1e-9, "{}", found.outcome);
+    (found.outcome, found.attempts)
+}
+
+/// Asserts that the minimum of a changed problem is found from the one before in few iterations, and that further iterations do not change it.
+fn assert_near(problem: &mut MotionProblem, before: &Outcome, most: usize) -> Outcome {
+    let (found, attempts) = solved(problem, before.into());
+    assert!(attempts.len() == 1 && found.iterations <= most, "{} iterations", found.iterations);
+    let (again, _) = solved(problem, Guess::from(&found));
+    let change = again.x.iter().zip(&found.x).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+    let size = found.x.iter().fold(1.0f64, |most, x| most.max(x.abs()));
+    assert!((again.value - found.value).abs() < 1e-9 * found.value.abs().max(1e-2), "{} {}", again.value, found.value);
+    assert!(again.iterations <= 5 && change < 1e-3 * size, "{} iterations, {change:.1e}", again.iterations);
+    assert_eq!(problem.start(), again.x);
+    found
+}
+
+/// Number of variables at their bounds.
+fn at_bounds(problem: &MotionProblem, x: &[f64]) -> usize {
+    let bounds = problem.bounds();
+    x.iter().zip(bounds).filter(|(x, of)| (*x - of.least).min(of.most - *x) < 1e-4 * (of.most - of.least)).count()
+}
+
+#[test]
+fn a_moved_target_takes_a_few_iterations() {
+    for (links, most, active) in [(1, 18.0, 18), (2, 40.0, 21)] {
+        let (mut problem, angle) = bounded(links, most);
+        let (mut before, _) = solved(&mut problem, Guess::Straight);
+        let found = at_bounds(&problem, &before.x);
+        assert!(found >= active, "{found} controls at bounds");
+        for by in [0.0, 1e-4, 1e-3] {
+            problem.constrain(angle, Interval::equal(FRAC_PI_2 + by));
+            before = assert_near(&mut problem, &before, 5);
+        }
+        // The same minimum as from afar.
+        let (far, _) = solved(&mut problem, Guess::Straight);
+        assert!((far.value - before.value).abs() < 1e-7 * far.value, "{} {}", far.value, before.value);
+        problem.constrain(angle, Interval::equal(FRAC_PI_2 + 0.02));
+        assert_near(&mut problem, &before, 12);
+    }
+}
+
+#[test]
+fn bounds_and_starts_may_change() {
+    let (mut problem, _) = bounded(2, 40.0);
+    let (before, _) = solved(&mut problem, Guess::Straight);
+    problem
+        .change(|inputs| {
+            let Start::Velocity { v, .. } = &mut inputs.start else { panic!("velocities") };
+            // All bodies move with the cart.
+            (0..3).for_each(|body| v[3 * body] = 0.005);
+            inputs.grid.steps.fill(0.02002);
+        })
+        .expect("fits");
+    assert_near(&mut problem, &before, 12);
+    // With a smaller bound, the controls before are outside.
+    let (mut other, _) = bounded(2, 39.5);
+    assert_near(&mut other, &before, 15);
+}
+
+/// A cart whose link turns up in the shortest time.
+fn shortest(most: f64) -> MotionProblem {
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    cart.scene.time("time", 1.0);
+    let angle = cart.scene.end_state(cart.links[0].coordinates[2]);
+    let place = cart.scene.end_state(cart.cart.coordinates[0]);
+    let system = cart.scene.compile().expect("a system");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(60, 0.03));
+    let free = vec![Free::control(cart.force).within(-most, most).scaled(10.0), Free::duration().within(0.5, 5.0)];
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(angle.position, Interval::equal(FRAC_PI_2));
+    problem.constrain(angle.rate, Interval::ZERO);
+    problem.constrain(place.rate, Interval::ZERO);
+    problem
+}
+
+#[test]
+fn a_shortest_time_changes_with_the_bound_of_its_control() {
+    let mut problem = shortest(30.0);
+    let (before, _) = solved(&mut problem, Guess::Straight);
+    let found = at_bounds(&problem, &before.x);
+    assert!(found > 40, "{found} controls at bounds");
+    let after = assert_near(&mut shortest(29.9), &before, 15);
+    assert!(after.value > before.value && after.value < 1.01 * before.value, "{} {}", before.value, after.value);
+}
+
+/// A slider-crank whose crank turns from 1 rad to an angle with a bounded torque.
+fn slider_crank(end: f64) -> MotionProblem {
+    let (mut scene, [r, l]) = (Scene::new(), [0.5, 1.2]);
+    scene.gravity(0.0, -9.81);
+    let (sin, cos) = 1f64.sin_cos();
+    let tilt = -(r * sin / l).asin();
+    let place = r * cos + l * tilt.cos();
+    let crank = scene.body("crank", 1.0, 0.02, [0.5 * r * cos, 0.5 * r * sin, 1.0]);
+    let rod = scene.body("rod", 1.5, 0.15, [0.5 * (r * cos + place), 0.5 * r * sin, tilt]);
+    let slider = scene.body("slider", 1.0, 0.01, [place, 0.0, 0.0]);
+    scene.revolute("bearing", Body::GROUND.at(0.0, 0.0), crank.at(-0.5 * r, 0.0));
+    scene.revolute("pin", crank.at(0.5 * r, 0.0), rod.at(-0.5 * l, 0.0));
+    scene.revolute("slider pin", rod.at(0.5 * l, 0.0), slider.at(0.0, 0.0));
+    scene.prismatic("guide", Body::GROUND.at(0.0, 0.0), 0.0, slider.at(0.0, 0.0), 0.0);
+    let torque = scene.control("torque");
+    scene.torque_actuator("motor", Body::GROUND, crank, torque);
+    scene.effort("effort", torque, 1e-2);
+    let angle = scene.end_state(crank.coordinates[2]);
+    let system = scene.compile().expect("a system");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.01));
+    inputs.set_control(torque, |_| 8.0);
+    let free = vec![Free::control(torque).within(-20.0, 14.0)];
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(angle.position, Interval::equal(end));
+    problem.constrain(angle.rate, Interval::ZERO);
+    problem
+}
+
+#[test]
+fn loops_are_joined() {
+    let mut problem = slider_crank(2.0);
+    let (before, _) = solved(&mut problem, Guess::Straight);
+    assert_near(&mut slider_crank(2.001), &before, 6);
+}
+
+#[test]
+fn an_infeasible_change_is_not_called_a_minimum() {
+    let (mut problem, angle) = bounded(1, 18.0);
+    let (before, _) = solved(&mut problem, Guess::Straight);
+    problem.constrain(angle, Interval::equal(4.0));
+    let few = Options { iterations: 50, ..OPTIONS };
+    let found = solve(&mut problem, Guess::from(&before), &few, &mut silent).expect("fits");
+    println!("{found}");
+    assert!(!found.outcome.reason.is_converged() && found.attempts[0].what == "near the optimum", "{}", found.outcome);
+}
+
+#[test]
+fn wrong_optima_are_refused() {
+    let (mut problem, _) = bounded(1, 18.0);
+    let outputs = problem.constraints().len();
+    let mut refused = |x: Vec<f64>, multipliers: Vec<f64>| {
+        solve(&mut problem, Guess::Optimum { x, multipliers }, &OPTIONS, &mut silent).expect_err("wrong")
+    };
+    let error = refused(vec![0.0; 7], vec![0.0; outputs]);
+    assert!(matches!(&error, Error::Size { what: "the variables of a guess", expected: 101, found: 7 }), "{error}");
+    let error = refused(vec![0.0; 101], vec![0.0; outputs + 1]);
+    assert!(matches!(&error, Error::Size { what: "the multipliers of a guess", .. }), "{error}");
+    let error = refused(vec![f64::NAN; 101], vec![0.0; outputs]);
+    assert!(error.to_string().contains("variables of a guess"), "{error}");
+}
