@@ -258,6 +258,7 @@ impl fmt::Display for Error {
                 "{what} is {value}: a sum exceeds the floating-point range, or a formula has an infinite derivative at this input (a root of zero); \
                  use other units, scale the cost, shorten a motion that amplifies every change, or change the input"
             ),
+            Error::NoMinimum { why } => write!(f, "the point is not a minimum at which derivatives exist: {why}; solve the problem first"),
             Error::NotInSegments { what, why } => write!(f, "multiple shooting does not support {what}: {why}"),
             Error::NoSuchInput { input } => {
                 write!(f, "{input} is not an input of this motion; its handle may belong to another scene (`check::Input::all` lists all inputs)")

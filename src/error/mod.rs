@@ -371,6 +371,11 @@ pub enum Error {
         /// The reason, and what to do.
         why: &'static str,
     },
+    /// A point at which derivatives of a minimum were requested is not a minimum of the problem.
+    NoMinimum {
+        /// The reason.
+        why: String,
+    },
     /// The motion does not have the requested input.
     NoSuchInput {
         /// The requested input.

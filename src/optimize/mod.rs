@@ -72,7 +72,7 @@ pub use multi_start::{lowest, multi_start};
 pub use multiple_shooting::MultipleShooting;
 pub use outcome::{Iterate, Options, Outcome, Reason, Watcher, log_to, silent};
 pub use problem::{Interval, Problem};
-pub use solve::{Attempt, Guess, Search, Solved, solve};
+pub use solve::{Attempt, Guess, Parameter, Search, Sensitivity, Solved, sensitivities, solve};
 pub use stages::stages;
 pub use trials::Trials;
 pub use variables::Variables;

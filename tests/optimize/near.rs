@@ -1,11 +1,13 @@
 //! Minima of problems that differ a little from solved ones.
 
 use hamiltonian_adjoint::optimize::{
-    Attempt, Free, Guess, Interval, MotionProblem, Options, Outcome, Problem, Reason, Variables, silent, solve,
+    Attempt, Free, Guess, Interval, MotionProblem, Options, Outcome, Parameter, Problem, Quantity, Reason, Variables,
+    sensitivities, silent, solve,
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Error, Grid, Inputs, Output, Scene, Settings, Start};
+use hamiltonian_adjoint::{Cost, CostPoint, Error, Grid, Inputs, Output, Scalar, Scene, Settings, Start};
+use nalgebra::SVector;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 const OPTIONS: Options =
@@ -180,4 +182,111 @@ fn wrong_optima_are_refused() {
     assert!(matches!(&error, Error::Size { what: "the multipliers of a guess", .. }), "{error}");
     let error = refused(vec![f64::NAN; 101], vec![0.0; outputs]);
     assert!(error.to_string().contains("variables of a guess"), "{error}");
+}
+
+/// Asserts that derivatives of a minimum agree with differences of minima for a parameter that is changed by ±h.
+fn assert_derivative(what: &str, build: impl Fn(f64) -> MotionProblem, by: impl Fn(&MotionProblem) -> Parameter, h: f64) {
+    let mut problem = build(0.0);
+    let (best, _) = solved(&mut problem, Guess::Straight);
+    let of = by(&problem);
+    let exact = Options { stationarity: 1e-9, violation: 1e-11, ..OPTIONS };
+    let found = sensitivities(&mut problem, &best, &[of], &exact).expect("a minimum").remove(0);
+    let [more, less] = [h, -h].map(|h| {
+        let found = solve(&mut build(h), Guess::from(&best), &exact, &mut silent).expect("fits").outcome;
+        assert!(found.reason.is_converged(), "{what}: {found}");
+        found
+    });
+    let differences: Vec<f64> = more.x.iter().zip(&less.x).map(|(more, less)| (more - less) / (2.0 * h)).collect();
+    let size = differences.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+    let far = differences.iter().zip(&found.x).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+    let value = (more.value - less.value) / (2.0 * h);
+    println!("{what}: dx {far:.1e} of {size:.1e}, dJ {} {value}", found.value);
+    assert!(size > 1e-3 && far < 1e-3 * size, "{what}: {far:.1e} of {size:.1e}");
+    assert!((found.value - value).abs() < 1e-4 * value.abs(), "{what}: {} {value}", found.value);
+}
+
+/// The output of a problem with a name that begins so.
+fn output(problem: &MotionProblem, name: &str) -> Parameter {
+    let system = problem.solver.system();
+    let found = (0..system.outputs()).find(|&k| system.output_name(k).starts_with(name));
+    Parameter::Target(system.output(found.expect("an output")))
+}
+
+/// A bob pulled by a bounded force along a line, held by a spring whose stiffness is a variable with equal bounds, as is the initial velocity; its
+/// place has limits at all nodes, that at node 20 is given. It comes to rest; if the time is free, it is a part of J.
+fn pulled([stiffness, velocity, limit, longest]: [f64; 4], is_timed: bool) -> MotionProblem {
+    let mut scene = Scene::new();
+    let bob = scene.body("bob", 1.0, 0.1, [0.0, 0.0, 0.0]);
+    scene.prismatic("line", Body::GROUND.at(0.0, 0.0), 0.0, bob.at(0.0, 0.0), 0.0);
+    let (force, k) = (scene.control("force"), scene.design("stiffness", stiffness));
+    scene.actuator("drive", Body::GROUND.at(0.0, 0.0), 0.0, bob.at(0.0, 0.0), force);
+    scene.spring_damper("spring", Body::GROUND.at(-1.0, 0.0), bob.at(0.0, 0.0), k, 0.5, 0.0);
+    scene.effort("effort", force, 1.0);
+    scene.time("time", if longest > 2.0 { 3.0 } else { 0.1 });
+    let end = scene.end_state(bob.coordinates[0]);
+    let places = scene.outputs_at("place", Place, 1..=40, [bob.coordinates[0]], [], [], []);
+    let system = scene.compile().expect("a system");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.04));
+    let Start::Velocity { v, .. } = &mut inputs.start else { panic!("velocities") };
+    v[0] = velocity;
+    let rate = Free::new(Quantity::Rate(bob.coordinates[0])).within(velocity, velocity);
+    let held = Free::design(k).within(stiffness, stiffness);
+    let mut free = vec![Free::control(force).within(-9.0, 9.0), rate, held];
+    free.extend(is_timed.then(|| Free::duration().within(0.5, longest)));
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(end.position, Interval::equal(1.0));
+    problem.constrain(end.rate, Interval::ZERO);
+    problem.constrain_all(&places, Interval::at_most(1.02));
+    problem.constrain(places[19], Interval::at_most(limit));
+    problem
+}
+
+/// h = x.
+#[derive(Clone)]
+struct Place;
+
+impl Cost<1> for Place {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[0]
+    }
+}
+
+#[test]
+fn derivatives_of_a_minimum_agree_with_differences() {
+    let moved = |by: f64| {
+        let (mut problem, angle) = bounded(1, 18.0);
+        problem.constrain(angle, Interval::equal(FRAC_PI_2 + by));
+        problem
+    };
+    assert_derivative("a target", moved, |of| output(of, "value of link"), 1e-5);
+    assert_derivative("a target of a loop", |by| slider_crank(2.0 + by), |of| output(of, "value of crank"), 1e-5);
+    for is_timed in [false, true] {
+        let given = [2.0, 1.5, 0.4, 5.0];
+        let build =
+            |i: usize| move |by: f64| pulled(std::array::from_fn(|j| given[j] + if i == j { by } else { 0.0 }), is_timed);
+        assert_derivative("a velocity", build(1), |_| Parameter::Bound(41), 1e-5);
+        assert_derivative("a design variable", build(0), |_| Parameter::Bound(42), 1e-5);
+        assert_derivative("a limit", build(2), |of| Parameter::Target(place(of, 20)), 1e-5);
+    }
+    let longest = |by: f64| pulled([2.0, 1.5, 0.4, 1.5 + by], true);
+    assert_derivative("a bound", longest, |_| Parameter::Bound(43), 1e-5);
+}
+
+/// The place at a node.
+fn place(problem: &MotionProblem, node: usize) -> Output {
+    let Parameter::Target(first) = output(problem, "place") else { panic!("an output") };
+    problem.solver.system().output(first.index() + node - 1)
+}
+
+#[test]
+fn what_is_no_minimum_has_no_derivatives() {
+    let (mut problem, angle) = bounded(1, 18.0);
+    let (best, _) = solved(&mut problem, Guess::Straight);
+    let few = Options { iterations: 1, ..OPTIONS };
+    problem.constrain(angle, Interval::equal(3.0));
+    let error = sensitivities(&mut problem, &best, &[Parameter::Target(angle)], &few).expect_err("another target");
+    assert!(matches!(&error, Error::NoMinimum { why } if why.contains("violation")), "{error}");
+    let error = sensitivities(&mut problem, &best, &[Parameter::Bound(101)], &OPTIONS).expect_err("101 variables");
+    assert!(matches!(&error, Error::NoSuchInput { .. }), "{error}");
 }

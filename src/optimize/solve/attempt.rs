@@ -47,7 +47,7 @@ pub(super) fn in_segments(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Option<Outcome>, Error> {
-    let Some(mut shooting) = divided(problem, line, segments)? else { return Ok(None) };
+    let Ok(mut shooting) = divided(problem, line, segments) else { return Ok(None) };
     let start = problem.start();
     // The first variables are those of the problem.
     let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
@@ -71,18 +71,7 @@ pub(super) fn near_optimum(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Option<Outcome>, Error> {
-    let mut near = Nearby { slopes: vec![0.0; problem.variables()], multipliers: multipliers.to_vec() };
-    if problem.gradient(1.0, multipliers, &mut near.slopes).is_err() {
-        return Ok(None);
-    }
-    let Some(mut shooting) = divided(problem, line, segments)? else { return Ok(None) };
-    let x = shooting.start();
-    let mut constraints = vec![0.0; shooting.constraints().len()];
-    if shooting.evaluate(&x, &mut constraints).is_err() {
-        return Ok(None);
-    }
-    let Ok(x) = shooting.join() else { return Ok(None) };
-    near.slopes.resize(x.len(), 0.0);
+    let Ok(At { mut shooting, x, near }) = at_motion(problem, (line, segments, multipliers)) else { return Ok(None) };
     let start = problem.start();
     let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
     let found = stages_near(&mut shooting, (&x, &near), &exact(options, MOST_NEAR), &mut only)?;
@@ -92,15 +81,40 @@ pub(super) fn near_optimum(
     Ok(Some(polished(problem, found, options, watch)?))
 }
 
-/// The problem in a number of segments that begin at a guess; `None` if it cannot be divided.
+/// A motion in joined segments, with its variables, and what is known of its minimum.
+pub(super) struct At {
+    pub(super) shooting: MultipleShooting,
+    pub(super) x: Vec<f64>,
+    pub(super) near: Nearby,
+}
+
+/// The current motion of a problem in joined segments, for multipliers of the outputs.
 ///
 /// # Errors
-/// A guess that is not finite.
-fn divided(problem: &MotionProblem, line: &Line, segments: usize) -> Result<Option<MultipleShooting>, Error> {
+/// A problem that cannot be divided; a motion without derivatives.
+pub(super) fn at_motion(
+    problem: &mut MotionProblem,
+    (line, segments, multipliers): (&Line, usize, &[f64]),
+) -> Result<At, Error> {
+    let mut near = Nearby { slopes: vec![0.0; problem.variables()], multipliers: multipliers.to_vec() };
+    problem.gradient(1.0, multipliers, &mut near.slopes)?;
+    let mut shooting = divided(problem, line, segments)?;
+    let x = shooting.start();
+    let mut constraints = vec![0.0; shooting.constraints().len()];
+    shooting.evaluate(&x, &mut constraints)?;
+    let x = shooting.join()?;
+    near.slopes.resize(x.len(), 0.0);
+    Ok(At { shooting, x, near })
+}
+
+/// The problem in a number of segments that begin at a guess.
+///
+/// # Errors
+/// A problem that cannot be divided; a guess that is not finite.
+fn divided(problem: &MotionProblem, line: &Line, segments: usize) -> Result<MultipleShooting, Error> {
     let (system, settings) = (problem.solver.system(), problem.solver.settings());
     let (inputs, free) = (problem.inputs_at(&problem.start()), problem.free().free().to_vec());
-    let built = MultipleShooting::new(system, settings, inputs, free, &line.coordinates, segments);
-    let Ok(mut shooting) = built else { return Ok(None) };
+    let mut shooting = MultipleShooting::new(system, settings, inputs, free, &line.coordinates, segments)?;
     shooting.report_to(&problem.solver.forward().watch);
     for (k, interval) in problem.constraints().into_iter().enumerate() {
         shooting.constrain(system.output(k), interval);
@@ -109,7 +123,7 @@ fn divided(problem: &MotionProblem, line: &Line, segments: usize) -> Result<Opti
         q.copy_from(&line.q.column(node));
         v.copy_from(&line.v.column(node));
     })?;
-    Ok(Some(shooting))
+    Ok(shooting)
 }
 
 /// The minimum of joined segments as that of the problem, continued as one motion if it violates constraints by a little.

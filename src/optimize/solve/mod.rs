@@ -2,6 +2,7 @@
 
 mod attempt;
 mod guess;
+mod sensitivity;
 mod solved;
 mod starts;
 
@@ -11,6 +12,7 @@ use crate::solver::each;
 use attempt::{Haste, in_segments, near_optimum};
 use guess::Line;
 pub use guess::{Guess, Search};
+pub use sensitivity::{Parameter, Sensitivity, sensitivities};
 pub use solved::{Attempt, Solved};
 use starts::Starts;
 
@@ -140,7 +142,7 @@ fn from_start(
     let haste = if first == 0 { Haste::Patient } else { Haste::Brief };
     let line = match guess {
         Guess::Inputs => None,
-        Guess::Optimum { x, multipliers } if first == 0 && settles_at(problem, x) => {
+        Guess::Optimum { x, multipliers } if first == 0 && settles_at(problem, x).is_ok() => {
             let line = Line::of_motion(problem);
             let segments = counts(problem, first).first().copied().unwrap_or(1);
             if let Some(outcome) = near_optimum(problem, (&line, segments, multipliers), options, watch)? {
@@ -148,7 +150,7 @@ fn from_start(
                 if is_solved(&outcome, options) || outcome.is_interrupted() {
                     return Ok(Solved { outcome, attempts });
                 }
-                settles_at(problem, x);
+                problem.settle_at(x);
             }
             Some(line)
         }
@@ -172,10 +174,13 @@ fn from_start(
     Ok(Solved { outcome, attempts })
 }
 
-/// Makes x the current point; false if it has no motion.
-fn settles_at(problem: &mut MotionProblem, x: &[f64]) -> bool {
+/// Makes x the current point.
+///
+/// # Errors
+/// A point without a motion.
+fn settles_at(problem: &mut MotionProblem, x: &[f64]) -> Result<(), Error> {
     let mut constraints = vec![0.0; problem.constraints().len()];
-    problem.evaluate(x, &mut constraints).is_ok()
+    problem.evaluate(x, &mut constraints).map(|_| ())
 }
 
 /// The numbers of segments that are tried; the first ones alternate between starts.

@@ -82,6 +82,18 @@ impl Layout {
     }
 }
 
+impl Layout {
+    /// The stage and the row of a constrained output.
+    pub(super) fn row(&self, output: usize) -> Option<(usize, usize)> {
+        let local = |(stage, rows): (usize, &Vec<Row>)| {
+            let row = rows.iter().filter(|row| row.sum.is_none()).position(|row| row.output == output)?;
+            Some((stage, row))
+        };
+        let end = || Some((self.places.len(), self.ends.iter().position(|&(_, of)| of == output)?));
+        self.rows.iter().enumerate().find_map(local).or_else(end)
+    }
+}
+
 /// Kind of a free quantity.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {

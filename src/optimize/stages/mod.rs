@@ -10,6 +10,7 @@ mod problem;
 mod riccati;
 mod run;
 mod search;
+mod sensitivity;
 mod shooting;
 mod tangent_plane;
 mod trust_region;
@@ -23,6 +24,7 @@ use nalgebra::DVector;
 use near::Near;
 use problem::{Counts, Multipliers, Staged};
 use run::{FIRST_MU, NEAR_MU, Run};
+pub(super) use sensitivity::{Change, derivatives};
 use shooting::Segments;
 
 /// Minimises f(x) of multiple shooting by a primal-dual interior-point method with a filter, whose Newton steps are computed segment by segment.

@@ -13,7 +13,7 @@ use crate::solver::Asked;
 /// The problem of multiple shooting, with its variables arranged in stages.
 pub(super) struct Segments<'p> {
     pub(super) of: &'p mut MultipleShooting,
-    at: Layout,
+    pub(super) at: Layout,
     work: Counts,
 }
 
