@@ -10,21 +10,24 @@ from numpy.typing import ArrayLike
 
 from ._errors import InputError
 from ._expression import Symbol
+from ._optimum import Optimum
 from ._solver import Motion
 from ._system import Array, Inputs, _index
 
-Guess = Literal["straight", "inputs"] | Motion | Iterable[ArrayLike]
+Guess = Literal["straight", "inputs"] | Motion | Optimum | Iterable[ArrayLike]
 
 _NAMES = ("straight", "inputs")
-_KNOWN = "a guess is 'straight', 'inputs', a motion, or a pair (q, v) of arrays with a row for each coordinate and a column for each node"
+_KNOWN = "a guess is 'straight', 'inputs', a motion, an optimum, or a pair (q, v) of arrays with a row for each coordinate and a column for each node"
 
 
 def checked_guess(inputs: Inputs, guess: Guess | Any) -> str | tuple[Array, Array]:
-    """A guess for `solve`: its name, or coordinates and velocities at all nodes."""
+    """A guess for `solve`: its name, coordinates and velocities at all nodes, or variables and multipliers of an optimum."""
     if isinstance(guess, str):
         if guess not in _NAMES:
             raise InputError(f"there is no guess '{guess}'; {_KNOWN}")
         return guess
+    if isinstance(guess, Optimum):
+        return guess.x, guess.multipliers
     if isinstance(guess, Motion):
         if guess.system is not inputs.system and guess.system.parts != inputs.system.parts:
             raise InputError("the guess is a motion of another system")

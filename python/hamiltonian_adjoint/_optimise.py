@@ -62,6 +62,7 @@ class _Stated:
         - 'straight': a straight line from the start to the nearest state that satisfies the equality constraints on terminal outputs;
         - a pair (q, v) of arrays with a row for each coordinate and a column for each node, or a Motion; independent coordinates are used, the others follow
           from the constraints;
+        - an Optimum of a problem with slightly different targets, bounds, start or parameters, which leads to the new optimum in a few iterations;
         - 'inputs': the motion of the inputs, without segments.
 
         If `starts` is larger than 1, the other starts have random controls, durations and guesses; they run on all cores, and the lowest minimum is returned.

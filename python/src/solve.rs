@@ -22,11 +22,12 @@ use crate::signals::{STACK, Signals};
 /// Signals are examined at least this often.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// The name of a guess, or q and v at all nodes.
+/// The name of a guess, q and v at all nodes, or the variables and the multipliers of an optimum.
 #[derive(FromPyObject)]
 pub(crate) enum GivenGuess<'py> {
     Name(String),
     States(PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, f64>),
+    Optimum(Vec<f64>, Vec<f64>),
 }
 
 impl GivenGuess<'_> {
@@ -37,6 +38,7 @@ impl GivenGuess<'_> {
         };
         match self {
             GivenGuess::States(q, v) => Ok(Guess::States { q: matrix(q), v: matrix(v) }),
+            GivenGuess::Optimum(x, multipliers) => Ok(Guess::Optimum { x: x.clone(), multipliers: multipliers.clone() }),
             GivenGuess::Name(name) => match name.as_str() {
                 "straight" => Ok(Guess::Straight),
                 "inputs" => Ok(Guess::Inputs),

@@ -55,6 +55,23 @@ def test_a_swing_up_from_rest(links):
     assert by_name.converged and by_name.iterations < 5 and by_name.attempts == [] and "tried" not in str(by_name)
 
 
+def test_an_optimum_of_a_similar_problem():
+    inputs, force, (angle,), constraints = upright()
+
+    def solved(change, guess):
+        moved = {output: value + change * (value != 0.0) for output, value in constraints.items()}
+        return ha.solve(inputs.system, inputs, [force], bounds={force: (-40.0, 40.0)}, constraints=moved, guess=guess)
+
+    first = solved(0.0, "straight")
+    assert first.converged and np.sum(np.abs(first.x) > 40.0 - 1e-3) > 3
+    next = solved(1e-3, first)
+    assert next.converged and next.iterations <= 6 and [of.what for of in next.attempts] == ["near the optimum"], next
+    assert next.value == pytest.approx(solved(1e-3, "straight").value, rel=1e-6)
+    longer = ha.Problem(inputs.system, inputs.system.at_rest(50, 0.02), [force], constraints=constraints)
+    with pytest.raises(ha.Error, match="variables of a guess"):
+        longer.solve(first)
+
+
 def test_guesses():
     of = upright()
     inputs, force, (angle,), constraints = of
@@ -211,7 +228,7 @@ def test_processes_by_fork():
 @pytest.mark.parametrize(
     "arguments, kind, message",
     [
-        ({"guess": "line"}, ha.InputError, r"no guess 'line'; a guess is 'straight', 'inputs', a motion, or a pair \(q, v\)"),
+        ({"guess": "line"}, ha.InputError, r"no guess 'line'; a guess is 'straight', 'inputs', a motion, an optimum, or a pair \(q, v\)"),
         ({"guess": 3}, TypeError, r"a pair \(q, v\) of arrays .*, not int"),
         ({"guess": {"cart.x": 0.0}}, TypeError, "a pair"),
         ({"guess": (np.zeros((6, 41)),)}, TypeError, "a pair"),
