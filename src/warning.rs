@@ -244,6 +244,17 @@ pub enum Warning {
         /// Its standard error by the noise of the residuals alone.
         noise: f64,
     },
+    /// The estimated error of J or of a constrained output at a minimum ([`solve`](crate::optimize::solve())) exceeds
+    /// [`INACCURATE`](Warning::INACCURATE) times its size (1 m or rad, if an output is smaller), or the accuracy that was wanted: under the same
+    /// controls, the continuous motion differs from that of the minimum.
+    Inaccurate {
+        /// The output, or J.
+        quantity: String,
+        /// Its value at the minimum.
+        value: f64,
+        /// The estimated difference of its value in the continuous motion, from a motion with halved steps.
+        error: f64,
+    },
     /// Positions violate a constraint by more than [`DRIFT`](Warning::DRIFT) times the lengths in it, because only the velocities satisfy
     /// dΦ/dt = 0 and positions follow by quadrature. The result is no longer a motion of this mechanism.
     ///
@@ -299,6 +310,8 @@ impl Warning {
     pub const GRID_PHASE: f64 = 0.05;
     /// A warning is given if the grid shifts a variable of a fit by more than this multiple of its standard error.
     pub const GRID_SHIFT: f64 = 0.5;
+    /// A warning is given if the grid causes an error of a quantity of a minimum of more than this fraction.
+    pub const INACCURATE: f64 = 0.1;
     /// A warning is given if a coordinate turns by more than this angle in one step, rad: a quarter of a revolution.
     pub const TURN: f64 = std::f64::consts::FRAC_PI_2;
     /// A warning is given if the violation of a constraint, relative to the lengths in it, exceeds this value.
@@ -441,6 +454,10 @@ impl fmt::Display for Warning {
             Warning::GridShift { variable, shift, noise } => write!(
                 f,
                 "with shorter steps the fit would find another value of `{variable}`: the estimated change is {shift:.1e}, but its standard error by the residuals is {noise:.1e}; the standard errors include this change; use shorter steps or a scheme of higher order"
+            ),
+            Warning::Inaccurate { quantity, value, error } => write!(
+                f,
+                "the steps are too long: {quantity} is {value:.4e}, but would differ by about {error:.1e} with very short steps under the same controls; require an accuracy of `solve` (`Search::accurate_to`), or use shorter steps"
             ),
             Warning::Drift { equation, violation, share, step, time } => write!(
                 f,

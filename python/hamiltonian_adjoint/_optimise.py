@@ -53,7 +53,7 @@ class _Stated:
         """The names of the variables."""
         return _core.start(self)[1]
 
-    def solve(self, guess: Guess = "straight", *, starts: int = 1, callback: Callback | None = None, progress: bool = False, **options: Any) -> Optimum:
+    def solve(self, guess: Guess = "straight", *, starts: int = 1, accuracy: float | None = None, callback: Callback | None = None, progress: bool = False, **options: Any) -> Optimum:
         """Minimises J of a motion from a guess of its states; no guess of the controls is needed. The default way to an optimum.
 
         The motion is divided into segments that begin at the guess and meet in the course of the optimisation; then they are joined to a single motion.
@@ -67,23 +67,27 @@ class _Stated:
 
         If `starts` is larger than 1, the other starts have random controls, durations and guesses; they run on all cores, and the lowest minimum is returned.
 
+        With `accuracy`, the problem is solved again by ESDIRK4, and then with steps halved, until the estimated errors that the grid causes are at most
+        this fraction of J, and of each constrained output or 1 m or rad, whichever is larger; `inputs` of the optimum have this grid.
+
         `callback(iterate, x)` may return True to stop. It receives the iterates of the first start, and the best point after each group of other starts. With
         `progress`, a bar by tqdm counts these calls. Options are those of `minimise`; `iterations` limits each attempt, which has at most 200 in segments.
         """
-        found = self._solve(guess, starts, callback, progress, options)
+        found = self._solve(guess, (starts, accuracy), callback, progress, options)
         warn(found.warnings)
         return found
 
-    def _solve(self, guess: Guess, starts: int, callback: Callback | None, progress: bool, options: dict[str, Any]) -> Optimum:
+    def _solve(self, guess: Guess, search: tuple[int, float | None], callback: Callback | None, progress: bool, options: dict[str, Any]) -> Optimum:
         if self._shooting is not None:
             raise OptimiseError("`solve` divides the motion into segments itself: state it as a `Problem`, or call `minimise(method='stages')`")
         if len(self._motions) > 1:
             raise OptimiseError("`solve` is for a single motion: solve each `Problem` by itself, or call `minimise` for `Trials`")
+        starts, accuracy = search
         if (count := operator.index(starts)) < 1:
             raise InputError(f"`starts` is {count}; at least one start is expected")
         states, options = checked_guess(self._motions[0].inputs, guess), _options(options)
         with with_bar(callback, progress) as watched:
-            return self._optimum(_core.solve(self, states, count, options, _called(watched)))
+            return self._optimum(_core.solve(self, states, (count, None if accuracy is None else float(accuracy)), options, _called(watched)))
 
     def minimise(
         self,
@@ -235,6 +239,7 @@ def solve(
     settings: Mapping[str, Any] | None = None,
     guess: Guess = "straight",
     starts: int = 1,
+    accuracy: float | None = None,
     callback: Callback | None = None,
     progress: bool = False,
     **options: Any,
@@ -244,7 +249,7 @@ def solve(
     `settings` are those of a Solver, such as {'scheme': 'ESDIRK4'}; guesses and options are those of `Problem.solve`.
     """
     problem = Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings)
-    found = problem._solve(guess, starts, callback, progress, options)
+    found = problem._solve(guess, (starts, accuracy), callback, progress, options)
     warn(found.warnings)
     return found
 

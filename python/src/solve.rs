@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use hamiltonian_adjoint::optimize::{self, Attempt, Guess, Iterate, Watcher};
+use hamiltonian_adjoint::optimize::{self, Attempt, Guess, Iterate, Search, Watcher};
 use nalgebra::DMatrix;
 use numpy::PyReadonlyArray2;
 use pyo3::exceptions::PyOSError;
@@ -54,11 +54,12 @@ pub(crate) fn solve<'py>(
     py: Python<'py>,
     problem: GivenProblem<'py>,
     guess: GivenGuess<'py>,
-    starts: usize,
+    (starts, accuracy): (usize, Option<f64>),
     given_options: &Bound<'py, PyDict>,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (statement, options, search) = (problem.statement()?, options(given_options)?, guess.guess()?.starts(starts));
+    let (statement, options, search) =
+        (problem.statement()?, options(given_options)?, Search { accuracy, ..guess.guess()?.starts(starts) });
     let [of] = &statement.motions[..] else { return Err(wrong_input("`solve` has one motion")) };
     let stop = Arc::new(AtomicBool::new(false));
     let is_stopped = stop.clone();

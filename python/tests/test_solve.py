@@ -72,6 +72,16 @@ def test_an_optimum_of_a_similar_problem():
         longer.solve(first)
 
 
+def test_an_accuracy():
+    inputs, force, _, constraints = upright()
+    rough, fine = (ha.solve(inputs.system, inputs, [force], constraints=constraints, accuracy=accuracy) for accuracy in (None, 1e-5))
+    assert fine.converged and not fine.warnings and [of.what for of in fine.attempts][1] == "by ESDIRK4", fine
+    again = ha.simulate(inputs.system, fine.inputs, scheme="ESDIRK4")
+    assert again.cost == pytest.approx(fine.value, rel=1e-9) and rough.value == pytest.approx(fine.value, rel=0.05)
+    with pytest.raises(ha.InputError, match="accuracy"):
+        ha.solve(inputs.system, inputs, [force], constraints=constraints, accuracy=-1.0)
+
+
 def test_guesses():
     of = upright()
     inputs, force, (angle,), constraints = of

@@ -15,7 +15,7 @@ use crate::adjoint::Gradient;
 use crate::error::seconds;
 use crate::{Error, Inputs, Settings, Solver, System, Warning};
 
-pub(crate) use outputs::errors_of_outputs;
+pub(crate) use outputs::{GridErrors, grid_errors};
 
 use levels::{Levels, best, derivatives, every_second, has_quarters};
 use residual::Residual;

@@ -1,4 +1,4 @@
-//! The errors of outputs that the grid causes, by the difference to the motion whose steps are all halved.
+//! The errors of J and of the outputs that the grid causes, by the difference to the motion whose steps are all halved.
 //!
 //! An output may be read at a single node, so every second node has no motion with the same outputs. The halved grid keeps the given nodes. With the
 //! order p of the scheme, a motion with halved steps has lost 1 − 2⁻ᵖ of the error.
@@ -6,17 +6,25 @@
 use crate::motion::Refinement;
 use crate::{Error, Inputs, Settings, Solver, System};
 
-/// Outputs of the continuous motion minus these outputs, estimated. Controls are linear between the given nodes. `None` for composed grids, and if
-/// halved steps have to be halved again.
+/// Values of the continuous motion minus those on a grid, estimated.
+pub(crate) struct GridErrors {
+    /// Of J.
+    pub value: f64,
+    /// Of the outputs.
+    pub outputs: Vec<f64>,
+}
+
+/// The errors of a value of J and of outputs. Controls are linear between the given nodes. `None` for composed grids, and if halved steps have to be
+/// halved again.
 ///
 /// # Errors
 /// No motion with halved steps.
-pub(crate) fn errors_of_outputs(
+pub(crate) fn grid_errors(
     system: &System,
     inputs: &Inputs,
     settings: Settings,
-    outputs: &[f64],
-) -> Result<Option<Vec<f64>>, Error> {
+    (value, outputs): (f64, &[f64]),
+) -> Result<Option<GridErrors>, Error> {
     if inputs.grid.stages > 1 {
         return Ok(None);
     }
@@ -40,7 +48,8 @@ pub(crate) fn errors_of_outputs(
     // Costs are then read at the given nodes.
     motion.inserted = inserted;
     let taken = Inputs { events: inputs.events.clone(), ..solver.inputs().clone() };
-    let known = motion.outputs(system, &taken)?;
-    let lost = 1.0 - 0.5f64.powi(settings.scheme.order as i32);
-    Ok(Some(known.iter().zip(outputs).map(|(halved, given)| (halved - given) / lost).collect()))
+    let (of_value, of_outputs) = (motion.cost(system, &taken)?, motion.outputs(system, &taken)?);
+    let error = |halved: f64, given: f64| (halved - given) / (1.0 - 0.5f64.powi(settings.scheme.order as i32));
+    let of_outputs = of_outputs.iter().zip(outputs).map(|(halved, given)| error(*halved, *given));
+    Ok(Some(GridErrors { value: error(of_value, value), outputs: of_outputs.collect() }))
 }

@@ -7,10 +7,10 @@ use super::held;
 use super::problem::{Interval, Problem, set_row};
 use super::sizes::Sizes;
 use super::variables::Variables;
-use crate::estimate::errors_of_outputs;
+use crate::estimate::{GridErrors, grid_errors};
 use crate::motion::Watch;
 use crate::solver::Asked;
-use crate::{Error, Inputs, Output, Settings, Solver, System, Warning};
+use crate::{Error, Inputs, Output, Scheme, Settings, Solver, System, Warning};
 
 /// The problem of minimising J of a motion subject to constraints on its outputs. Outputs must be zero unless
 /// [`constrain`](Self::constrain) sets another interval; those of an [`EndState`](crate::EndState) are free. In a scene without costs J is 0,
@@ -105,6 +105,33 @@ impl MotionProblem {
             constraints: self.constraints.clone(),
             watch: self.solver.forward().watch.shared([0, 0]),
         }
+    }
+
+    /// The errors of J and of the outputs at the last evaluated point that the grid causes, if they can be estimated.
+    ///
+    /// # Errors
+    /// No motion with halved steps.
+    pub(super) fn errors_of(&self, values: (f64, &[f64])) -> Result<Option<GridErrors>, Error> {
+        grid_errors(self.solver.system(), &self.tried.inputs, self.solver.settings(), values)
+    }
+
+    /// The same problem with other inputs, and the same quantities as variables.
+    ///
+    /// # Errors
+    /// Inputs or variables that do not fit.
+    pub(super) fn on(&self, inputs: Inputs, variables: Variables) -> Result<MotionProblem, Error> {
+        let mut problem = MotionProblem::new(self.solver.system(), self.solver.settings(), inputs, variables)?;
+        problem.constraints.clone_from(&self.constraints);
+        problem.solver.forward_mut().watch = self.solver.forward().watch.shared([0, 0]);
+        Ok(problem)
+    }
+
+    /// Simulates by another scheme from now on.
+    pub(super) fn use_scheme(&mut self, scheme: Scheme) {
+        let settings = Settings { scheme, ..self.solver.settings() };
+        let mut solver = Solver::new(self.solver.system(), settings);
+        solver.forward_mut().watch = self.solver.forward().watch.shared([0, 0]);
+        self.solver = solver;
     }
 
     /// Makes a point the current one, with its motion, if it has one.
@@ -340,8 +367,8 @@ impl Problem for MotionProblem {
     }
 
     fn grid_errors(&self) -> Result<Option<Vec<f64>>, Error> {
-        let Self { solver, tried, .. } = self;
-        errors_of_outputs(solver.system(), &tried.inputs, solver.settings(), solver.outputs()?.as_slice())
+        let outputs = self.solver.outputs()?;
+        Ok(self.errors_of((0.0, outputs.as_slice()))?.map(|errors| errors.outputs))
     }
 
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {

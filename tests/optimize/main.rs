@@ -1,4 +1,5 @@
 //! Optimisation: problems with known solutions, the swing-up, the chain rule of what is free, and what goes wrong.
+mod accurate;
 #[path = "../common/mod.rs"]
 mod common;
 mod degenerate;

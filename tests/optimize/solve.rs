@@ -12,11 +12,11 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
-const OPTIONS: Options =
+pub const OPTIONS: Options =
     Options { iterations: 200, target: None, stationarity: 1e-6, violation: 1e-8, memory: 30, first_step: None };
 
 /// A cart whose links turn up and come to rest in 2 s with the least effort.
-fn upright(links: usize, force: f64) -> MotionProblem {
+pub fn upright(links: usize, force: f64) -> MotionProblem {
     let mut cart = CartPendulum::with_links(links).mechanism();
     cart.scene.effort("effort", cart.force, 1e-4);
     let place = cart.scene.end_state(cart.cart.coordinates[0]);
@@ -65,7 +65,7 @@ fn three_links_come_to_rest_as_a_single_motion() {
 }
 
 /// Two links of 1 m and 1 kg with a motor of at most 20 N m between them, which swings them up to rest in 3 s.
-fn acrobot(torque: f64) -> MotionProblem {
+pub fn acrobot(torque: f64) -> MotionProblem {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
     let [upper, lower] =

@@ -4,7 +4,8 @@ use super::super::free::Quantity;
 use super::super::problem::{Problem, largest_violation};
 use super::super::stages::{Nearby, feasible, stages, stages_near};
 use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Violation, Watcher, interior_point};
-use super::guess::Line;
+use super::guess::{Guess, Line};
+use super::most_segments;
 use crate::Error;
 
 /// The search for a feasible motion ends after this many iterations, or with these errors.
@@ -60,18 +61,17 @@ pub(super) fn in_segments(
     Ok(Some(polished(problem, found, options, watch)?))
 }
 
-/// Minimises J as one motion in joined segments, from the current motion of the problem, which minimised a similar problem with these multipliers of
-/// the outputs; `None` if the motion cannot be divided or has no derivatives.
+/// Minimises J as one motion in joined segments, from the minimum of a similar problem; `None` if the motion cannot be divided or has no derivatives.
 ///
 /// # Errors
 /// A problem without Hessian products.
 pub(super) fn near_optimum(
     problem: &mut MotionProblem,
-    (line, segments, multipliers): (&Line, usize, &[f64]),
+    known: &Known,
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Option<Outcome>, Error> {
-    let Ok(At { mut shooting, x, near }) = at_motion(problem, (line, segments, multipliers)) else { return Ok(None) };
+    let Ok(At { mut shooting, x, near }) = at_motion(problem, known) else { return Ok(None) };
     let start = problem.start();
     let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
     let found = stages_near(&mut shooting, (&x, &near), &exact(options, MOST_NEAR), &mut only)?;
@@ -88,21 +88,43 @@ pub(super) struct At {
     pub(super) near: Nearby,
 }
 
-/// The current motion of a problem in joined segments, for multipliers of the outputs.
+/// The minimum of a similar problem.
+pub(super) struct Known {
+    pub(super) line: Line,
+    pub(super) near: Nearby,
+    /// The number of segments, which begin at nodes of the line.
+    pub(super) segments: usize,
+}
+
+impl Known {
+    /// The current motion of a problem as a minimum, for multipliers of the outputs.
+    ///
+    /// # Errors
+    /// A motion without derivatives.
+    pub(super) fn of(problem: &mut MotionProblem, multipliers: &[f64]) -> Result<Self, Error> {
+        let mut slopes = vec![0.0; problem.variables()];
+        problem.gradient(1.0, multipliers, &mut slopes)?;
+        let near = Nearby { slopes, multipliers: multipliers.to_vec() };
+        Ok(Known { line: Line::of_motion(problem), near, segments: most_segments(problem) })
+    }
+
+    /// q and v at all nodes, as a guess.
+    pub(super) fn guess(&self) -> Guess {
+        Guess::States { q: self.line.q.clone(), v: self.line.v.clone() }
+    }
+}
+
+/// A known minimum in joined segments.
 ///
 /// # Errors
-/// A problem that cannot be divided; a motion without derivatives.
-pub(super) fn at_motion(
-    problem: &mut MotionProblem,
-    (line, segments, multipliers): (&Line, usize, &[f64]),
-) -> Result<At, Error> {
-    let mut near = Nearby { slopes: vec![0.0; problem.variables()], multipliers: multipliers.to_vec() };
-    problem.gradient(1.0, multipliers, &mut near.slopes)?;
-    let mut shooting = divided(problem, line, segments)?;
+/// A problem that cannot be divided; a motion that cannot be computed.
+pub(super) fn at_motion(problem: &MotionProblem, known: &Known) -> Result<At, Error> {
+    let mut shooting = divided(problem, &known.line, known.segments)?;
     let x = shooting.start();
     let mut constraints = vec![0.0; shooting.constraints().len()];
     shooting.evaluate(&x, &mut constraints)?;
     let x = shooting.join()?;
+    let mut near = known.near.clone();
     near.slopes.resize(x.len(), 0.0);
     Ok(At { shooting, x, near })
 }
@@ -237,7 +259,7 @@ fn restated(problem: &mut MotionProblem, found: Outcome, start: &[f64]) -> Outco
 }
 
 /// The later outcome, with the counts and the history of both.
-fn sum(mut first: Outcome, later: Outcome) -> Outcome {
+pub(super) fn sum(mut first: Outcome, later: Outcome) -> Outcome {
     first.add(&later);
     later.with_counts_of(first)
 }

@@ -58,11 +58,39 @@ pub struct Search {
     /// The number of starts, at least 1: the first with the inputs of the problem, the others with random controls and durations, and with random
     /// sines added to the guess.
     pub starts: usize,
+    /// The wanted accuracy of the continuous motion, if any; see [`accurate_to`](Self::accurate_to).
+    pub accuracy: Option<f64>,
+}
+
+impl Search {
+    /// Validates the guess and the accuracy.
+    ///
+    /// # Errors
+    /// Wrong sizes, or values that are not finite.
+    pub(super) fn check(&self, problem: &MotionProblem) -> Result<(), Error> {
+        self.guess.check(problem)?;
+        match self.accuracy {
+            Some(value) if !(value > 0.0 && value.is_finite()) => {
+                Err(Error::Parameter { what: "`Search::accuracy`".into(), value, must_be: "finite and positive" })
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Solves again by a scheme of order 4, and then with steps halved, until the estimated errors of J and of all constrained outputs are at most
+    /// this fraction: of the size of J, and of that of an output or 1 m or rad, whichever is larger. What remains is a
+    /// [`Warning::Inaccurate`](crate::Warning::Inaccurate).
+    ///
+    /// The problem then has this scheme and these steps, with a variable for each control at each node. If a cost or an output is evaluated at a node
+    /// or an event, steps cannot be halved; ESDIRK5 is used instead.
+    pub fn accurate_to(self, accuracy: f64) -> Search {
+        Search { accuracy: Some(accuracy), ..self }
+    }
 }
 
 impl From<Guess> for Search {
     fn from(guess: Guess) -> Self {
-        Search { guess, starts: 1 }
+        Search { guess, starts: 1, accuracy: None }
     }
 }
 
@@ -101,7 +129,12 @@ impl Guess {
 
     /// A search from this guess with a number of starts.
     pub fn starts(self, starts: usize) -> Search {
-        Search { guess: self, starts }
+        Search { guess: self, starts, accuracy: None }
+    }
+
+    /// A search from this guess for a minimum with an accuracy; see [`Search::accurate_to`].
+    pub fn accurate_to(self, accuracy: f64) -> Search {
+        Search::from(self).accurate_to(accuracy)
     }
 }
 

@@ -1,7 +1,9 @@
 //! [`solve`]: a problem stated once, solved by what fits: segments from a guess of the states, joined to one motion.
 
+mod accuracy;
 mod attempt;
 mod guess;
+mod halved;
 mod sensitivity;
 mod solved;
 mod starts;
@@ -9,7 +11,8 @@ mod starts;
 use super::{Iterate, MotionProblem, Options, Outcome, Problem, Watcher, interior_point, silent};
 use crate::Error;
 use crate::solver::each;
-use attempt::{Haste, in_segments, near_optimum};
+use accuracy::make_accurate;
+use attempt::{Haste, Known, in_segments, near_optimum};
 use guess::Line;
 pub use guess::{Guess, Search};
 pub use sensitivity::{Parameter, Sensitivity, sensitivities};
@@ -37,6 +40,9 @@ const ALIKE: f64 = 1e-4;
 ///
 /// If a [`Search`] has several starts, the others have random controls, durations and guesses, and the lowest minimum is returned. With the
 /// feature `rayon` they run on all cores; the outcome is the same. No further start is tried once several led to the lowest minimum.
+///
+/// [`Warning::Inaccurate`](crate::Warning::Inaccurate) in the outcome says that steps are too long for the minimum found. If an accuracy is wanted
+/// ([`Search::accurate_to`]), the problem is solved again with smaller errors of the grid.
 ///
 /// The problem is left with the motion of the solution, and [`Solved`] lists what was tried.
 ///
@@ -75,10 +81,26 @@ pub fn solve(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Solved, Error> {
-    let Search { guess, starts } = search.into();
+    let search = search.into();
     options.fit(problem, &problem.start())?;
-    guess.check(problem)?;
-    let mut best = from_start(problem, &guess, (options, 0), watch)?;
+    search.check(problem)?;
+    let mut found = from_all_starts(problem, &search, options, watch)?;
+    make_accurate(problem, &mut found, (search.accuracy, options), watch)?;
+    Ok(found)
+}
+
+/// Solves from all starts of a search.
+///
+/// # Errors
+/// As [`solve`].
+fn from_all_starts(
+    problem: &mut MotionProblem,
+    search: &Search,
+    options: &Options,
+    watch: &mut Watcher,
+) -> Result<Solved, Error> {
+    let (guess, starts) = (&search.guess, search.starts);
+    let mut best = from_start(problem, guess, (options, 0), watch)?;
     if starts < 2 || best.outcome.is_interrupted() {
         return Ok(best);
     }
@@ -93,7 +115,7 @@ pub fn solve(
             || (),
             |(), &start| {
                 let mut own = random.problem(start, known)?;
-                from_start(&mut own, &guess, (options, start), &mut silent)
+                from_start(&mut own, guess, (options, start), &mut silent)
             },
         );
         let mut is_interrupted = false;
@@ -143,16 +165,17 @@ fn from_start(
     let line = match guess {
         Guess::Inputs => None,
         Guess::Optimum { x, multipliers } if first == 0 && settles_at(problem, x).is_ok() => {
-            let line = Line::of_motion(problem);
-            let segments = counts(problem, first).first().copied().unwrap_or(1);
-            if let Some(outcome) = near_optimum(problem, (&line, segments, multipliers), options, watch)? {
+            let known = Known::of(problem, multipliers).ok();
+            if let Some(known) = &known
+                && let Some(outcome) = near_optimum(problem, known, options, watch)?
+            {
                 attempts.push(Attempt::of("near the optimum".into(), &outcome, options));
                 if is_solved(&outcome, options) || outcome.is_interrupted() {
                     return Ok(Solved { outcome, attempts });
                 }
                 problem.settle_at(x);
             }
-            Some(line)
+            known.map(|known| known.line)
         }
         _ => Line::new(problem, guess, first),
     };
@@ -172,6 +195,11 @@ fn from_start(
     let outcome = interior_point(problem, &start, options, watch)?;
     attempts.push(Attempt::of("one motion".into(), &outcome, options));
     Ok(Solved { outcome, attempts })
+}
+
+/// The largest number of segments that is tried first.
+fn most_segments(problem: &MotionProblem) -> usize {
+    counts(problem, 0).first().copied().unwrap_or(1)
 }
 
 /// Makes x the current point.

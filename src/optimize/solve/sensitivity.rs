@@ -3,9 +3,9 @@
 use super::super::problem::Problem;
 use super::super::stages::{Change, derivatives};
 use super::super::{MotionProblem, Options, Outcome};
-use super::attempt::{At, at_motion};
-use super::guess::{Guess, Line};
-use super::{counts, settles_at};
+use super::attempt::{At, Known, at_motion};
+use super::guess::Guess;
+use super::settles_at;
 use crate::{Error, Output};
 
 /// A quantity of a problem by which its minimum is differentiated.
@@ -83,9 +83,8 @@ pub fn sensitivities(
     };
     let changes = by.iter().map(change).collect::<Result<Vec<_>, Error>>()?;
     settles_at(problem, &minimum.x)?;
-    let line = Line::of_motion(problem);
-    let segments = counts(problem, 0).first().copied().unwrap_or(1);
-    let At { mut shooting, x, near } = at_motion(problem, (&line, segments, &minimum.multipliers))?;
+    let known = Known::of(problem, &minimum.multipliers)?;
+    let At { mut shooting, x, near } = at_motion(problem, &known)?;
     let found = derivatives(&mut shooting, (&x, &near), &changes, options)?;
     let of_problem = |x: Vec<f64>| x[..variables].to_vec();
     Ok(found.into_iter().map(|of| Sensitivity { x: of_problem(of.x), value: of.value }).collect())

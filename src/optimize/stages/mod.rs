@@ -75,6 +75,7 @@ enum Cost {
 }
 
 /// A minimum of a similar problem.
+#[derive(Clone)]
 pub(super) struct Nearby {
     /// The derivatives of its Lagrangian by the variables.
     pub slopes: Vec<f64>,

@@ -1,0 +1,135 @@
+//! The accuracy of a minimum: the errors that the grid causes are estimated and, if an accuracy is wanted, the problem is solved again by schemes of higher
+//! order.
+
+use super::super::problem::{Interval, Problem};
+use super::super::{MotionProblem, Options, Outcome, Watcher};
+use super::attempt::{Known, near_optimum, sum};
+use super::halved::Halved;
+use super::{Attempt, Solved, from_start, is_solved};
+use crate::estimate::GridErrors;
+use crate::{Error, Scheme, Warning};
+
+/// The largest number of times that a problem is solved with smaller errors of the grid, and the order of the scheme from which on steps are halved.
+const MOST: usize = 6;
+const ORDER: usize = 4;
+/// Deviations are compared with values of at least this size in the units of an output, m or rad.
+const LEAST: f64 = 1.0;
+
+/// The quantity with the largest relative error.
+struct Deviation {
+    /// An output, or J.
+    name: String,
+    value: f64,
+    error: f64,
+    /// |error| relative to |value| for J, and to max(|value|, 1) for outputs.
+    relative: f64,
+}
+
+impl Deviation {
+    /// The largest error of J and of the constrained outputs that the grid causes at a minimum, where the problem was evaluated last. `None` if it
+    /// cannot be estimated.
+    fn of(problem: &MotionProblem, minimum: &Outcome) -> Option<Self> {
+        let GridErrors { value, outputs } = problem.errors_of((minimum.value, &minimum.constraints)).ok()??;
+        let of =
+            |name: String, value: f64, error: f64, size: f64| Deviation { name, value, error, relative: error.abs() / size };
+        let of_cost = of("the cost J".into(), minimum.value, value, minimum.value.abs().max(f64::MIN_POSITIVE));
+        let constrained = problem.constraints().into_iter().enumerate().filter(|(_, of)| *of != Interval::FREE);
+        let of_outputs = constrained.map(|(k, _)| {
+            let value = minimum.constraints[k];
+            of(problem.constraint_name(k), value, outputs[k], value.abs().max(LEAST))
+        });
+        of_outputs.chain([of_cost]).max_by(|a, b| a.relative.total_cmp(&b.relative))
+    }
+
+    fn warning(self) -> Warning {
+        Warning::Inaccurate { quantity: self.name, value: self.value, error: self.error }
+    }
+}
+
+/// Solves again by schemes of higher order until the minimum has an accuracy, if one is wanted. What deviates then is a warning.
+///
+/// # Errors
+/// As [`solve`](super::solve()).
+pub(super) fn make_accurate(
+    problem: &mut MotionProblem,
+    found: &mut Solved,
+    (accuracy, options): (Option<f64>, &Options),
+    watch: &mut Watcher,
+) -> Result<(), Error> {
+    let allowed = accuracy.unwrap_or(Warning::INACCURATE);
+    let is_far = |problem: &MotionProblem, outcome: &Outcome| {
+        let deviation = if is_solved(outcome, options) { Deviation::of(problem, outcome) } else { None };
+        deviation.filter(|deviation| deviation.relative > allowed)
+    };
+    for count in 0.. {
+        let Some(deviation) = is_far(problem, &found.outcome) else { break };
+        let mut finer = if accuracy.is_some() && count < MOST { finer(problem, &found.outcome) } else { None };
+        let again = match &mut finer {
+            Some(finer) => Some(finer.solved(options, watch)?),
+            None => None,
+        };
+        found.attempts.extend(again.iter().flat_map(|again| again.attempts.clone()));
+        match (again, finer) {
+            (Some(again), Some(finer)) if is_solved(&again.outcome, options) || again.outcome.is_interrupted() => {
+                found.outcome = sum(found.outcome.clone(), again.outcome);
+                *problem = finer.problem;
+            }
+            _ => {
+                found.outcome.warnings.push(deviation.warning());
+                break;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A problem with smaller errors of the grid, and what is known of its minimum.
+struct Finer {
+    problem: MotionProblem,
+    known: Known,
+    what: String,
+}
+
+/// The problem with a scheme of order 4, or, if it has one, on a grid with halved steps, or, if that is not possible, with the next scheme.
+fn finer(problem: &mut MotionProblem, minimum: &Outcome) -> Option<Finer> {
+    let known = Known::of(problem, &minimum.multipliers).ok()?;
+    let scheme = problem.solver.settings().scheme;
+    if scheme.order >= ORDER
+        && let Some(Halved { problem, known }) = Halved::new(problem, &known)
+    {
+        let steps = problem.inputs_at(&problem.start()).grid.steps.len();
+        return Some(Finer { problem, known, what: format!("{steps} steps") });
+    }
+    let next = above(scheme)?;
+    let inputs = problem.inputs_at(&minimum.x);
+    let variables = problem.free().clone();
+    let mut by_scheme = problem.on(inputs, variables).ok()?;
+    by_scheme.use_scheme(next);
+    Some(Finer { problem: by_scheme, known, what: format!("by {}", next.name) })
+}
+
+impl Finer {
+    /// Solves from the states of the minimum.
+    ///
+    /// # Errors
+    /// As [`solve`](super::solve()).
+    fn solved(&mut self, options: &Options, watch: &mut Watcher) -> Result<Solved, Error> {
+        let start = self.problem.start();
+        let mut attempts = Vec::new();
+        if let Some(outcome) = near_optimum(&mut self.problem, &self.known, options, watch)? {
+            attempts.push(Attempt::of(self.what.clone(), &outcome, options));
+            if is_solved(&outcome, options) || outcome.is_interrupted() {
+                return Ok(Solved { outcome, attempts });
+            }
+            self.problem.settle_at(&start);
+        }
+        let mut found = from_start(&mut self.problem, &self.known.guess(), (options, 0), watch)?;
+        found.attempts.splice(..0, attempts);
+        Ok(found)
+    }
+}
+
+/// The next scheme of higher order, if there is one.
+fn above(scheme: Scheme) -> Option<Scheme> {
+    [Scheme::ESDIRK4, Scheme::ESDIRK5].into_iter().find(|of| of.order > scheme.order)
+}

@@ -1,0 +1,69 @@
+//! A minimum on a grid with all steps halved: the same problem with more controls, and what is known of its minimum.
+
+use nalgebra::DMatrix;
+
+use super::super::free::Quantity;
+use super::super::{MotionProblem, Variables};
+use super::attempt::Known;
+use super::guess::Line;
+use crate::motion::Refinement;
+use crate::{Sum, System};
+
+/// A problem on a grid with halved steps, at the same controls as functions of time, and the minimum on the given grid as it appears there.
+pub(super) struct Halved {
+    pub(super) problem: MotionProblem,
+    pub(super) known: Known,
+}
+
+impl Halved {
+    /// `None` if the problem has quantities that belong to single nodes, or steps that have no middle.
+    pub(super) fn new(problem: &MotionProblem, known: &Known) -> Option<Self> {
+        let (system, inputs) = (problem.solver.system(), problem.inputs_at(&problem.start()));
+        let grid = &inputs.grid;
+        let is_divisible = grid.stages == 1 && inputs.events.is_empty() && grid.steps.iter().all(|step| *step != 0.0);
+        let is_per_node = |free: &Quantity| !matches!(free, Quantity::Control(_)) && matches_steps(free);
+        if !is_divisible || belongs_to_nodes(system) || problem.free().free().iter().any(|of| is_per_node(&of.quantity)) {
+            return None;
+        }
+        let steps: Vec<f64> = grid.steps.iter().flat_map(|step| [0.5 * step; 2]).collect();
+        let inserted: Vec<usize> = (0..grid.steps.len()).map(|step| 2 * step + 1).collect();
+        let finer = Refinement::new((&steps, &[]), grid.around, &inserted).refine(&inputs);
+        let variables = Variables::new(system, &finer, problem.free().free().to_vec()).ok()?;
+        let problem_there = problem.on(finer, variables).ok()?;
+        let line =
+            Line { coordinates: known.line.coordinates.clone(), q: between(&known.line.q), v: between(&known.line.v) };
+        let mut near = known.near.clone();
+        near.slopes =
+            problem.free().parts().flat_map(|(free, range)| of_halves(&free.quantity, &near.slopes[range])).collect();
+        Some(Halved { problem: problem_there, known: Known { line, near, segments: known.segments } })
+    }
+}
+
+/// True for quantities with a variable for each step or a fixed selection of nodes.
+fn matches_steps(quantity: &Quantity) -> bool {
+    use Quantity::{LinearControl, PiecewiseControl, SplineControl, StepLength};
+    matches!(quantity, LinearControl(..) | PiecewiseControl(..) | SplineControl(..) | StepLength(_))
+}
+
+/// True if J or an output is a sum over nodes, or is evaluated at a node or an event: it would be another one on another grid.
+fn belongs_to_nodes(system: &System) -> bool {
+    let is_of_nodes = |sum: Sum| !matches!(sum, Sum::Integral | Sum::Terminal | Sum::Trapezoidal | Sum::Rectangle);
+    (0..=system.outputs()).any(|which| system.sums(which).any(|(sum, _)| is_of_nodes(sum)))
+}
+
+/// Values at the nodes of halved steps, linear between the given ones.
+fn between(values: &DMatrix<f64>) -> DMatrix<f64> {
+    let nodes = 2 * values.ncols() - 1;
+    DMatrix::from_fn(values.nrows(), nodes, |i, k| 0.5 * (values[(i, k / 2)] + values[(i, k.div_ceil(2))]))
+}
+
+/// Derivatives by the variables of a quantity on the halved grid. Those by a control at a node are proportional to the lengths of the steps beside it.
+fn of_halves(quantity: &Quantity, slopes: &[f64]) -> Vec<f64> {
+    match quantity {
+        Quantity::Control(_) => {
+            let half = between(&DMatrix::from_row_slice(1, slopes.len(), slopes));
+            half.iter().map(|slope| 0.5 * slope).collect()
+        }
+        _ => slopes.to_vec(),
+    }
+}
