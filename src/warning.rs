@@ -457,7 +457,7 @@ impl fmt::Display for Warning {
             ),
             Warning::Inaccurate { quantity, value, error } => write!(
                 f,
-                "the steps are too long: {quantity} is {value:.4e}, but would differ by about {error:.1e} with very short steps under the same controls; require an accuracy of `solve` (`Search::accurate_to`), or use shorter steps"
+                "the steps are too long: {quantity} is {value:.4e}, but would differ by about {error:.1e} with very short steps under the same controls; require an accuracy of `solve`, or use shorter steps"
             ),
             Warning::Drift { equation, violation, share, step, time } => write!(
                 f,

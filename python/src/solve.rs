@@ -54,10 +54,11 @@ pub(crate) fn solve<'py>(
     py: Python<'py>,
     problem: GivenProblem<'py>,
     guess: GivenGuess<'py>,
-    (starts, accuracy): (usize, Option<f64>),
+    asked: (usize, Option<f64>),
     given_options: &Bound<'py, PyDict>,
     callback: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
+    let (starts, accuracy) = asked;
     let (statement, options, search) =
         (problem.statement()?, options(given_options)?, Search { accuracy, ..guess.guess()?.starts(starts) });
     let [of] = &statement.motions[..] else { return Err(wrong_input("`solve` has one motion")) };

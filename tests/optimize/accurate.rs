@@ -43,7 +43,7 @@ fn steps_that_are_too_long_are_warned_of() {
     let far = deviation(&problem, &found);
     let warning = inaccurate(&found).expect("a warning");
     println!("{warning}");
-    assert!(far > 1.0 && warning.to_string().contains("accurate_to"), "{far}");
+    assert!(far > 1.0 && warning.to_string().contains("require an accuracy"), "{far}");
     // With one link, the trapezoidal rule is good enough.
     let mut problem = upright(1, 0.0);
     let found = solve(&mut problem, Guess::Straight, &OPTIONS, &mut silent).expect("fits").outcome;
