@@ -31,7 +31,7 @@ pub struct Optimise {
     /// Largest number of iterations
     #[arg(long, default_value_t = 1000, value_name = "N")]
     iterations: usize,
-    /// Tolerance of the gradient, relative to its value at the start
+    /// Tolerance of the gradient, relative to its terms at the point, at most to its value at the start
     #[arg(long, default_value = "1e-7", value_name = "X")]
     stationarity: f64,
     /// Tolerance of the outputs

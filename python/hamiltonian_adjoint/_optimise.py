@@ -105,7 +105,7 @@ class _Stated:
         iterates. Options are
 
         - `iterations`: the largest number of iterations, 1000;
-        - `stationarity`: tolerance of the gradient by variables that are not at a bound, relative to that of the start, 1e-7;
+        - `stationarity`: tolerance of the gradient by variables that are not at a bound, relative to its terms at the point ('interior point') or to the start, 1e-7;
         - `violation`: tolerance of the violation of constraints, 1e-9;
         - `target`: a value at which the method stops, None;
         - `memory`: the number of pairs that L-BFGS stores, 30;

@@ -19,8 +19,19 @@ pub struct Options {
     pub iterations: usize,
     /// Value of f, or of ½‖r‖², at which the method stops, if any.
     pub target: Option<f64>,
-    /// Tolerance of the largest gradient component over variables that are not at a bound, relative to its value at the start. If units of
-    /// variables differ by powers of ten, set scales ([`Free::scaled`](super::Free::scaled)); otherwise the largest derivatives dominate.
+    /// Tolerance of the largest component g of the gradient of the Lagrangian, over variables that are not at a bound, in the unit that a method
+    /// chooses:
+    ///
+    /// - [`interior_point`](super::interior_point()), [`homotopy`](super::homotopy()): the largest component of ∇f or of its terms ∇²f x at the
+    ///   point itself, but not more than the largest gradient at the start. The tolerance does not grow with the slope at a start that is far away.
+    /// - [`stages`](super::stages()), and segments of [`solve`](super::solve()): absolute, for f multiplied by a factor with which the largest
+    ///   component of its gradient at the start is between 0.01 and 1.
+    /// - [`lbfgs`](super::lbfgs()), [`augmented_lagrangian`](super::augmented_lagrangian()): the largest gradient at the start, because gradients
+    ///   alone determine no other unit. A steep start loosens the tolerance; start again from the result, or reduce the tolerance.
+    /// - [`levenberg_marquardt`](super::levenberg_marquardt()): as for `lbfgs`, with variables in units of the columns of the Jacobian.
+    ///
+    /// The unit of f does not matter. If units of variables differ by powers of ten, set scales ([`Free::scaled`](super::Free::scaled)); otherwise
+    /// the largest derivatives dominate.
     pub stationarity: f64,
     /// Tolerance of the violation of constraints.
     pub violation: f64,

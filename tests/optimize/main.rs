@@ -17,6 +17,7 @@ mod shooting;
 mod solve;
 mod stages;
 mod starts;
+mod stopping;
 mod traces;
 mod units;
 

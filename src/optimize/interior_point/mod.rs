@@ -78,7 +78,10 @@ fn iterate(
         if is_without_end && (feasible || counted.holds_to_rounding(method.x().as_slice(), reach)?) {
             return Ok(Reason::Unbounded);
         }
-        let asked = options.stationarity * method.scale().max(iterations.history[0].stationarity);
+        let mut asked = loosest(method, iterations, options);
+        if feasible && last.stationarity <= asked {
+            asked = options.stationarity * method.reference(counted, iterations.history[0].stationarity)?;
+        }
         if feasible && is_stationary(method, counted, iterations, (asked, options.violation))? {
             return Ok(Reason::Stationary);
         }
@@ -114,6 +117,11 @@ fn iterate(
             }
         }
     }
+}
+
+/// The largest tolerance of stationarity that may apply.
+fn loosest(method: &Method, iterations: &Iterations, options: &Options) -> f64 {
+    options.stationarity * method.scale().max(iterations.history[0].stationarity)
 }
 
 /// True if the constraints hold at the current point up to rounding.

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::super::super::counted::Counted;
 use super::super::super::outcome::largest_change;
-use super::{Method, product};
+use super::{Method, product, slope};
 use crate::Error;
 use crate::number::largest;
 
@@ -12,6 +12,9 @@ use crate::number::largest;
 const GAP: f64 = 0.1;
 /// Largest length, in units: variables beyond it may grow without bound, and every length is small relative to them.
 const FARTHEST: f64 = 1e3;
+/// The smallest reference for small gradients, relative to the gradient at the start or to 1, whichever is less: at a minimum where ∇f and ∇²f vanish,
+/// they give no scale.
+const SMALLEST: f64 = 1e-3;
 /// Rounding error of a gradient, relative to its terms.
 const ROUNDED: f64 = 1e-13;
 
@@ -25,6 +28,24 @@ impl Method {
     /// Reference for small gradients of the Lagrangian: ∇f without fixed variables. If constraints leave no room, multipliers are arbitrary.
     pub(in super::super) fn scale(&self) -> f64 {
         largest(&self.moving(self.gradient.as_slice()))
+    }
+
+    /// Reference for the tolerance of stationarity: the largest entry of ∇f here; or of its terms ∇²f x, but not more than the largest gradient at the
+    /// start, which may be far away, and steep.
+    ///
+    /// # Errors
+    /// Derivatives that cannot be computed.
+    pub(in super::super) fn reference(&self, problem: &mut Counted, at_start: f64) -> Result<f64, Error> {
+        let scale = self.scale();
+        if at_start <= scale {
+            return Ok(scale);
+        }
+        let (x, mut terms) = (self.moving(self.x().as_slice()), vec![0.0; self.start.len()]);
+        problem.ensure(self.x().as_slice());
+        slope(problem)?;
+        problem.product(&x, &mut terms)?;
+        let terms = largest(&self.moving(&terms)).max(SMALLEST * at_start.min(1.0));
+        Ok(scale.max(terms.min(at_start)))
     }
 
     /// The change of f as a variable moves from zero, or from the start, to its current value; at least the decrease at the start.
