@@ -22,6 +22,7 @@ _OFF = 1e-9
 # By the reason why the method stopped.
 _WHAT_TO_DO = {
     "the iteration limit was reached": "allow more `iterations`",
+    "a constraint has no multiplier, because its gradient vanishes or depends on those of others": "state the limits in another form, for example φ = π/2 instead of (φ − π/2)² = 0",
     "stopped by a callback": "continue from x: `minimise(start=found.x)` of a `Problem`",
 }
 _AFTER_SOLVE = "try several `starts`, another `guess`, more `iterations`, a longer duration, or wider bounds"

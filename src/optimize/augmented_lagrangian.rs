@@ -7,6 +7,7 @@
 use nalgebra::DVector;
 
 use super::counted::{Counted, Found, solve};
+use super::degenerate::multipliers_diverge;
 use super::lbfgs::Descent;
 use super::least_squares::{Descended, descend};
 use super::line_search::Merit;
@@ -170,6 +171,9 @@ pub fn augmented_lagrangian(
             true => descent.or_unbounded(problem, &mut merit, (reason, tolerance)),
             false => reason,
         };
+        let is_end = reason == Reason::Stationary && problem.violation() <= options.violation;
+        let is_degenerate = is_end && multipliers_diverge(problem, (&descent.at.x, &merit.w), tolerance).unwrap_or(false);
+        let reason = if is_degenerate { Reason::Degenerate } else { reason };
         problem.ensure(&descent.at.x);
         let value = descent.history[descent.history.len() - 1].value;
         Ok(Found { x: descent.at.x, value, multipliers: merit.w, history: descent.history, reason })

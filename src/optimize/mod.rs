@@ -36,6 +36,7 @@
 mod augmented_lagrangian;
 mod barrier;
 mod counted;
+mod degenerate;
 mod fit;
 mod free;
 mod held;
@@ -50,6 +51,7 @@ mod multiple_shooting;
 mod norm;
 mod outcome;
 mod problem;
+mod projection;
 mod segment;
 mod sizes;
 mod solve;

@@ -100,6 +100,10 @@ pub enum Reason {
     /// The sum of squares of the violations has a local minimum, in the units of the constraints: no feasible point is nearby. Another
     /// start or a [`homotopy`](super::homotopy()) may find a feasible point if one exists.
     Infeasible,
+    /// The constraints hold within the tolerance, but have no multipliers: the gradient of a constraint vanishes where the constraint holds, as that
+    /// of (φ − π/2)² = 0 does, or gradients become linearly dependent. No point can be confirmed as a minimum. State such constraints in another
+    /// form, here φ − π/2 = 0.
+    Degenerate,
     /// The value decreases without bound: it still decreases at variables so large that a change by the magnitude of their initial values
     /// is below their rounding error.
     Unbounded,
@@ -130,6 +134,9 @@ impl fmt::Display for Reason {
             Reason::Stationary => "the gradient is below the tolerance or below its rounding error",
             Reason::NoLowerValue => "no value lower by more than rounding error was found along the search direction",
             Reason::Infeasible => "the violation of the constraints cannot be reduced further",
+            Reason::Degenerate => {
+                "a constraint has no multiplier, because its gradient vanishes or depends on those of others"
+            }
             Reason::Unbounded => "the value decreases without bound",
             Reason::NoWay => "the last problem of the homotopy was not reached",
             Reason::Iterations => "the iteration limit was reached",

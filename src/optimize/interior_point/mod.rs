@@ -10,9 +10,9 @@
 
 mod feasibility;
 mod method;
-mod projection;
 
 use super::counted::{Counted, Found, solve};
+use super::degenerate::multipliers_diverge;
 use super::outcome::largest_change;
 use super::trust_region::ROUNDING;
 use super::{Iterate, Options, Outcome, Problem, Reason, Watcher};
@@ -32,6 +32,8 @@ const MOST_IDLE: usize = 10;
 /// is moved by less if the problem has no value at the moved start. If the violation does not decrease, up to 100 iterations of a feasibility
 /// phase minimise it regardless of f; they count as iterations, but only their end is passed to `watch` and stored in the history.
 ///
+/// At a point where the constraints hold, the method evaluates a neighbouring point to confirm that multipliers exist ([`Reason::Degenerate`]).
+///
 /// # Errors
 /// Invalid sizes, bounds or options, or a problem without Hessian products.
 pub fn interior_point(
@@ -42,11 +44,14 @@ pub fn interior_point(
 ) -> Result<Outcome, Error> {
     solve(problem, start, options, |problem, x| {
         let mut method = Method::new(problem, &x, options.violation)?;
-        let mut iterations = Iterations { history: vec![method.iterate(problem, 0.0)], idle: 0, begin: 0 };
+        let mut iterations =
+            Iterations { history: vec![method.iterate(problem, 0.0)], idle: 0, begin: 0 };
         let found = iterate(problem, &mut method, &mut iterations, options, watch);
         let reason = problem.reason(found, iterations.history.len())?;
         let multipliers = method.all_multipliers(problem);
         let (x, value) = (method.x().as_slice().to_vec(), method.value);
+        let (small, feasible) = (loosest(&method, &iterations, options), iterations.last().violation <= options.violation);
+        let reason = if feasible { or_degenerate(problem, reason, (&x, &multipliers), small) } else { reason };
         // The problem is left with the motion of the solution.
         problem.ensure(&x);
         Ok(Found { x, value, multipliers, history: iterations.history, reason })
@@ -122,6 +127,18 @@ fn iterate(
 /// The largest tolerance of stationarity that may apply.
 fn loosest(method: &Method, iterations: &Iterations, options: &Options) -> f64 {
     options.stationarity * method.scale().max(iterations.history[0].stationarity)
+}
+
+/// The reason to stop: [`Reason::Degenerate`] at a feasible point if the multipliers of its constraints do not exist.
+fn or_degenerate(problem: &mut Counted, reason: Reason, at: (&[f64], &[f64]), small: f64) -> Reason {
+    let is_end = matches!(reason, Reason::Stationary | Reason::NoLowerValue | Reason::Iterations);
+    // Without derivatives nearby nothing is known.
+    let is_degenerate = is_end && multipliers_diverge(problem, at, small).unwrap_or(false);
+    match reason {
+        _ if problem.is_stopped() => Reason::Interrupted,
+        _ if is_degenerate => Reason::Degenerate,
+        reason => reason,
+    }
 }
 
 /// True if the constraints hold at the current point up to rounding.

@@ -7,8 +7,8 @@ use nalgebra::DVector;
 
 use super::super::super::barrier::TO_BOUND;
 use super::super::super::counted::Counted;
+use super::super::super::projection::Projection;
 use super::super::super::trust_region::{CORRECTIONS, Linearised, Region, Step, TAKEN_BACK};
-use super::super::projection::Projection;
 use super::Method;
 
 /// Largest number of times that slacks are moved; they are not moved again if ‖C‖ changed by at most the fraction `SETTLED`.

@@ -3,8 +3,8 @@
 use nalgebra::DVector;
 
 use super::super::super::counted::Counted;
+use super::super::super::projection::Projection;
 use super::super::super::trust_region::Linearised;
-use super::super::projection::Projection;
 use super::Method;
 use crate::Error;
 use crate::number::{dot, largest};

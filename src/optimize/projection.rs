@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-use super::super::trust_region::{Linearised, least_residual};
+use super::trust_region::{Linearised, least_residual};
 
 /// A row of length 1 is independent if its distance from the span of the others exceeds this.
 const OWN: f64 = 1e-11;
