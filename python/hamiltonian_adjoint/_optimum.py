@@ -145,7 +145,8 @@ class Optimum:
 
     def _tried(self) -> list[str]:
         """The table of attempts."""
-        lines, left = self._table.splitlines(), len(self.attempts) - _ATTEMPTS
+        # The lines after the attempts name outputs, which are listed above.
+        lines, left = self._table.splitlines()[: 1 + len(self.attempts)], len(self.attempts) - _ATTEMPTS
         return lines if left <= 0 else [*lines[: 1 + _ATTEMPTS], f"… and {counted(left, 'other attempt')}"]
 
     def _parameters(self) -> Iterator[str]:

@@ -15,7 +15,7 @@ const LINES: usize = 25;
 /// Options of an optimisation method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Largest number of iterations.
+    /// Largest number of iterations. Feasibility phases of [`interior_point`](super::interior_point()) have as many of their own.
     pub iterations: usize,
     /// Value of f, or of ½‖r‖², at which the method stops, if any.
     pub target: Option<f64>,
@@ -252,16 +252,23 @@ impl Outcome {
         let counted = |number: &usize, noun| format!("{number} {noun}{}", if *number == 1 { "" } else { "s" });
         let counts = [(evaluations, "value"), (gradients, "gradient"), (products, "product")].map(|(n, of)| counted(n, of));
         write!(f, "{reason}, after {} ({}): {result}", counted(iterations, "iteration"), counts.join(", "))?;
-        if !reason.is_converged() && !self.violated.is_empty() {
-            let named: Vec<String> = self.violated.iter().take(NAMED).map(Violation::to_string).collect();
-            let more = self.violated.len().saturating_sub(NAMED);
-            let others = if more > 0 { format!("; and {more} more") } else { String::new() };
-            write!(f, "; {}{others}", named.join("; "))?;
+        if let Some(named) = self.named_violations().filter(|_| !reason.is_converged()) {
+            write!(f, "; {named}")?;
         }
         match &self.first_failure {
             Some(error) if matches!(reason, Reason::NoStart | Reason::NoDerivative) => write!(f, "; {error}"),
             _ => Ok(()),
         }
+    }
+}
+
+impl Outcome {
+    /// The constraints with the largest violations, and the number of others; `None` if all hold exactly.
+    pub(super) fn named_violations(&self) -> Option<String> {
+        let named: Vec<String> = self.violated.iter().take(NAMED).map(Violation::to_string).collect();
+        let more = self.violated.len().saturating_sub(NAMED);
+        let others = if more > 0 { format!("; and {more} more") } else { String::new() };
+        (!named.is_empty()).then(|| format!("{}{others}", named.join("; ")))
     }
 }
 

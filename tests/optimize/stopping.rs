@@ -1,12 +1,13 @@
-//! Reasons to stop that are true: minima from steep starts, and constraints without multipliers.
+//! Reasons to stop that are true: minima from steep starts, constraints without multipliers, and constraints that contradict each other.
 
 use super::{Function, Given};
 use hamiltonian_adjoint::optimize::{
-    Free, Guess, Interval, MotionProblem, Options, Problem, Reason, Variables, augmented_lagrangian, interior_point, silent,
-    solve,
+    Free, Guess, Interval, MotionProblem, Options, Problem, Reason, Variables, augmented_lagrangian,
+    interior_point, silent, solve,
 };
+use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Grid, Inputs, Settings, Sum};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Settings, Sum};
 use std::f64::consts::FRAC_PI_2;
 
 /// cosh(x − 1) + (y + 2)², least at (1, −2).
@@ -110,4 +111,182 @@ fn an_angle_whose_square_must_vanish_has_no_multiplier() {
         assert_eq!(found.reason, Reason::Degenerate, "{found}");
         assert!((found.value / least.value - 1.0).abs() < 1e-4 && found.to_string().contains("`square`"), "{found}");
     }
+}
+
+/// An arm of 1 m with a motor of at most 20 N m, which must reach a height of 1.5 m above its shoulder in 1 s.
+fn reach() -> MotionProblem {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let arm = scene.body("arm", 1.0, 0.1, [1.0, 0.0, 0.0]);
+    scene.revolute("shoulder", Body::GROUND.at(0.0, 0.0), arm.at(-1.0, 0.0));
+    let motor = scene.control("torque");
+    scene.torque_actuator("motor", Body::GROUND, arm, motor);
+    scene.effort("effort", motor, 0.01);
+    let [x, y] = [0, 1].map(|i| scene.end_state(arm.coordinates[i]));
+    let system = scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.02));
+    let variables = Variables::new(&system, &inputs, vec![Free::control(motor).within(-20.0, 20.0)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(x.position, Interval::equal(0.0));
+    problem.constrain(y.position, Interval::equal(1.5));
+    problem
+}
+
+/// A cart that must end at 1 m and stay below 0.5 m at all nodes.
+fn beyond_its_rail() -> MotionProblem {
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    let x = cart.cart.coordinates[0];
+    let end = cart.scene.end_state(x);
+    cart.scene.effort("effort", cart.force, 0.01);
+    let places: Vec<_> = (0..=40).map(|node| cart.scene.reading(&format!("place {node}"), x, node, 0.0, 1.0)).collect();
+    let system = cart.scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.025));
+    let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force).scaled(10.0)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(end.position, Interval::equal(1.0));
+    places.iter().for_each(|place| problem.constrain(*place, Interval::at_most(0.5)));
+    problem
+}
+
+/// The least sum of squares leaves 0.5 m of the height, or 0.25 m of the place and of its limit each.
+#[test]
+fn motions_that_cannot_be_are_infeasible() {
+    for (mut problem, left, names) in [(reach(), 0.5, ["arm.y", "1.5"]), (beyond_its_rail(), 0.25, ["cart.x", "place 40"])] {
+        let start = problem.start();
+        let single = interior_point(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+        let mut problem = if left == 0.5 { reach() } else { beyond_its_rail() };
+        let solved = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits");
+        let iterations: usize = solved.attempts.iter().map(|of| of.iterations).sum();
+        assert!(iterations < 1000, "{solved}");
+        for outcome in [&single, &solved.outcome] {
+            assert_eq!(outcome.reason, Reason::Infeasible, "{outcome}");
+            assert!(outcome.iterations < 200 && (outcome.violation - left).abs() < 1e-2, "{outcome}");
+            assert!(outcome.violated.is_sorted_by(|one, other| one.by() >= other.by()), "{outcome}");
+            for text in [outcome.to_string(), solved.to_string()] {
+                assert!(names.iter().all(|name| text.contains(name)), "{text}");
+            }
+        }
+    }
+}
+
+/// ½ ‖x − d‖² with constraints aᵀx + ½ k (bᵀx)².
+struct Curved {
+    d: Vec<f64>,
+    constraints: Vec<(Vec<f64>, Vec<f64>, f64)>,
+    intervals: Vec<Interval>,
+    bounds: Vec<Interval>,
+    x: Vec<f64>,
+    weights: (f64, Vec<f64>),
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+impl Curved {
+    /// A problem that a random point satisfies, and a start. If it is convex, the sum of squares of violations has no other local minima.
+    fn feasible(random: &mut impl FnMut() -> f64, is_convex: bool) -> (Self, Vec<f64>) {
+        let n = 2 + (random().abs() * 4.0) as usize;
+        let mut some = |n: usize, size: f64| Vec::from_iter((0..n).map(|_| size * random()));
+        let (inside, d, start) = (some(n, 1.0), some(n, 3.0), some(n, 10.0));
+        let bounds = inside.iter().zip(some(n, 1.0)).map(|(x, by)| match by {
+            by if by < -0.3 => Interval::at_least(x + by),
+            by if by > 0.3 => Interval::new(x - by, x + 2.0 * by),
+            _ => Interval::FREE,
+        });
+        let bounds = bounds.collect();
+        let mut problem =
+            Curved { d, constraints: Vec::new(), intervals: Vec::new(), bounds, x: inside, weights: (0.0, Vec::new()) };
+        // Fewer equalities than variables.
+        for j in 0..2 * n - 2 {
+            let (a, b, numbers) = (some(n, 1.0), some(n, 1.0), some(2, 1.0));
+            let is_equality = j < n - 1 && numbers[0] < 0.0;
+            let k = if is_convex { if is_equality { 0.0 } else { numbers[1].abs() } } else { 2.0 * numbers[1] };
+            problem.constraints.push((a, b, k));
+            let c = problem.constraint(j);
+            problem.intervals.push(if is_equality {
+                Interval::equal(c)
+            } else {
+                Interval::at_most(c + 0.05 + numbers[0].max(0.0))
+            });
+        }
+        (problem, start)
+    }
+
+    fn constraint(&self, j: usize) -> f64 {
+        let (a, b, k) = &self.constraints[j];
+        dot(a, &self.x) + 0.5 * k * dot(b, &self.x).powi(2)
+    }
+
+    /// The sum of squares of the violations at a point moved into the bounds.
+    fn violations(&mut self, x: &[f64]) -> f64 {
+        self.x = x.iter().zip(&self.bounds).map(|(x, of)| of.nearest(*x)).collect();
+        (0..self.intervals.len()).map(|j| self.intervals[j].violation(self.constraint(j)).powi(2)).sum()
+    }
+}
+
+impl Problem for Curved {
+    fn variables(&self) -> usize {
+        self.d.len()
+    }
+    fn bounds(&self) -> Vec<Interval> {
+        self.bounds.clone()
+    }
+    fn constraints(&self) -> Vec<Interval> {
+        self.intervals.clone()
+    }
+    fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        self.x = x.to_vec();
+        c.iter_mut().enumerate().for_each(|(j, c)| *c = self.constraint(j));
+        Ok(0.5 * x.iter().zip(&self.d).map(|(x, d)| (x - d).powi(2)).sum::<f64>())
+    }
+    fn gradient(&mut self, f: f64, c: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
+        self.weights = (f, c.to_vec());
+        for (i, g) in gradient.iter_mut().enumerate() {
+            let of = |((a, b, k), w): (&(Vec<f64>, Vec<f64>, f64), &f64)| w * (a[i] + k * dot(b, &self.x) * b[i]);
+            *g = f * (self.x[i] - self.d[i]) + self.constraints.iter().zip(c).map(of).sum::<f64>();
+        }
+        Ok(())
+    }
+    fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
+        for (i, to) in product.iter_mut().enumerate() {
+            let of = |((_, b, k), w): (&(Vec<f64>, Vec<f64>, f64), &f64)| w * k * dot(b, direction) * b[i];
+            *to = self.weights.0 * direction[i] + self.constraints.iter().zip(&self.weights.1).map(of).sum::<f64>();
+        }
+        Ok(())
+    }
+}
+
+/// Pseudorandom numbers between −1 and 1.
+fn numbers() -> impl FnMut() -> f64 {
+    let mut state = 1u64;
+    move || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+}
+
+#[test]
+fn feasible_problems_are_not_called_infeasible() {
+    let (mut random, mut solved, mut infeasible) = (numbers(), 0, 0);
+    for k in 0..400 {
+        let is_convex = k % 2 == 0;
+        let (mut problem, start) = Curved::feasible(&mut random, is_convex);
+        let outcome = interior_point(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+        solved += usize::from(outcome.reason == Reason::Stationary);
+        assert!(!is_convex || outcome.reason != Reason::Infeasible, "{k}: {outcome}");
+        if outcome.reason == Reason::Infeasible {
+            infeasible += 1;
+            let here = problem.violations(&outcome.x);
+            for size in [1e-3, 1e-2, 1e-1] {
+                for _ in 0..100 {
+                    let near: Vec<f64> = outcome.x.iter().map(|x| x + size * random()).collect();
+                    let there = problem.violations(&near);
+                    assert!(there > (1.0 - 1e-3) * here, "{k}: {there} < {here} at a distance of {size}: {outcome}");
+                }
+            }
+        }
+    }
+    println!("{solved} of 400 solved, {infeasible} at a local minimum of the violations");
+    assert!(solved > 350, "{solved}");
 }

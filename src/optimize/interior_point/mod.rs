@@ -20,9 +20,11 @@ use crate::Error;
 use method::Method;
 
 /// Violations do not decrease if, over this many iterations, all exceed the fraction `SLOW` of the first and `ALIKE` of the largest.
-const SLOW_FOR: usize = 20;
+const SLOW_FOR: usize = 10;
 const SLOW: f64 = 0.9;
 const ALIKE: f64 = 0.5;
+/// The method ends if a feasibility phase leaves more than this fraction of the squares of violations that another one left.
+const NO_CLOSER: f64 = 0.9;
 /// The method ends after this many steps with no predicted decrease except rounding error, neither of φ nor of the violation.
 const MOST_IDLE: usize = 10;
 
@@ -30,7 +32,8 @@ const MOST_IDLE: usize = 10;
 /// constraints costs one right-hand side of a backward sweep for each constraint. A start at a bound is moved inside by a hundredth of the
 /// bound or of the distance to the other bound, whichever is smaller; if the bound is 0, the largest variable (1 if all are 0) replaces it. The start
 /// is moved by less if the problem has no value at the moved start. If the violation does not decrease, up to 100 iterations of a feasibility
-/// phase minimise it regardless of f; they count as iterations, but only their end is passed to `watch` and stored in the history.
+/// phase minimise it regardless of f; they have a limit of their own, [`Options::iterations`] in total, and only their end is passed to `watch`
+/// and stored in the history. The method ends if a second phase comes no closer to feasible points than the first.
 ///
 /// At a point where the constraints hold, the method evaluates a neighbouring point to confirm that multipliers exist ([`Reason::Degenerate`]).
 ///
@@ -45,7 +48,7 @@ pub fn interior_point(
     solve(problem, start, options, |problem, x| {
         let mut method = Method::new(problem, &x, options.violation)?;
         let mut iterations =
-            Iterations { history: vec![method.iterate(problem, 0.0)], idle: 0, begin: 0 };
+            Iterations { history: vec![method.iterate(problem, 0.0)], idle: 0, begin: 0, closest: f64::INFINITY };
         let found = iterate(problem, &mut method, &mut iterations, options, watch);
         let reason = problem.reason(found, iterations.history.len())?;
         let multipliers = method.all_multipliers(problem);
@@ -90,8 +93,7 @@ fn iterate(
         if feasible && is_stationary(method, counted, iterations, (asked, options.violation))? {
             return Ok(Reason::Stationary);
         }
-        let count = iterations.history.len() - 1 + counted.apart;
-        if count >= options.iterations {
+        if iterations.history.len() > options.iterations || counted.apart > options.iterations {
             return Ok(Reason::Iterations);
         }
         method.lower_barrier(method.small_mu(asked).max(f64::MIN_POSITIVE));
@@ -103,13 +105,16 @@ fn iterate(
             // A smaller violation cannot be required.
             None if holds_to_rounding(method, counted)? => allowed = last.violation,
             None => {
-                let left = Options { iterations: options.iterations - count, ..*options };
+                let left = Options { iterations: options.iterations - counted.apart, ..*options };
                 let x = method.x().as_slice().to_vec();
                 let (end, is_least) = feasibility::approach(counted, &x, &left)?;
                 let step = largest_change(&end, &x);
                 *method = Method::at(counted, &method.start, end, allowed)?;
                 method.region.radius = method.first_radius(options);
                 iterations.begin_again(method.iterate(counted, step));
+                if iterations.is_no_closer(counted) && !is_least {
+                    return Ok(Reason::NoLowerValue);
+                }
                 if is_least {
                     let x = method.x();
                     if !counted.holds_to_rounding(x.as_slice(), 0.0)? {
@@ -184,6 +189,8 @@ struct Iterations {
     idle: usize,
     /// The iterate at which the method was last started.
     begin: usize,
+    /// The smallest sum of squares of violations at the end of a feasibility phase.
+    closest: f64,
 }
 
 impl Iterations {
@@ -199,6 +206,13 @@ impl Iterations {
     fn begin_again(&mut self, at: Iterate) {
         (self.idle, self.begin) = (0, self.history.len());
         self.history.push(at);
+    }
+
+    /// True if a feasibility phase hardly came closer to feasible points than another one before.
+    fn is_no_closer(&mut self, at: &Counted) -> bool {
+        let (before, now) = (self.closest, at.excess().iter().map(|x| x * x).sum::<f64>());
+        self.closest = before.min(now);
+        now > NO_CLOSER * before
     }
 
     /// True if the constraints held at any iterate.
