@@ -1,5 +1,7 @@
 //! Options and results of optimisation methods.
 
+mod progress;
+
 use std::fmt;
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -109,7 +111,7 @@ pub enum Reason {
     Unbounded,
     /// The last problem of a homotopy was not reached; the argument s of the last call of `set` is the one that was reached.
     NoWay,
-    /// The limit of iterations was reached.
+    /// The limit of iterations was reached. [`Outcome::is_improving`] is true if more iterations are likely to help.
     Iterations,
     /// Stopped by a callback of the method or of a simulation ([`Error::Interrupted`]).
     Interrupted,
@@ -255,6 +257,7 @@ impl Outcome {
         if let Some(named) = self.named_violations().filter(|_| !reason.is_converged()) {
             write!(f, "; {named}")?;
         }
+        self.describe_progress(f)?;
         match &self.first_failure {
             Some(error) if matches!(reason, Reason::NoStart | Reason::NoDerivative) => write!(f, "; {error}"),
             _ => Ok(()),

@@ -2,7 +2,7 @@
 
 use super::{Function, Given};
 use hamiltonian_adjoint::optimize::{
-    Free, Guess, Interval, MotionProblem, Options, Problem, Reason, Variables, augmented_lagrangian,
+    Free, Guess, Interval, Iterate, MotionProblem, Options, Outcome, Problem, Reason, Variables, augmented_lagrangian,
     interior_point, silent, solve,
 };
 use hamiltonian_adjoint::planar::Body;
@@ -289,4 +289,25 @@ fn feasible_problems_are_not_called_infeasible() {
     }
     println!("{solved} of 400 solved, {infeasible} at a local minimum of the violations");
     assert!(solved > 350, "{solved}");
+}
+
+#[test]
+fn the_iteration_limit_says_whether_more_iterations_help() {
+    let limited = |iterations| Options { iterations, ..Options::default() };
+    let says = |outcome: &Outcome, what: &str| {
+        assert!(outcome.reason == Reason::Iterations && outcome.to_string().contains(what), "{outcome}");
+        outcome.is_improving()
+    };
+    // The gradient falls by a factor e in each iteration.
+    let mut problem = Given::new(steep, vec![Interval::FREE; 2], vec![]);
+    let outcome = interior_point(&mut problem, &[100.0; 2], &limited(50), &mut silent).expect("fits");
+    assert!(says(&outcome, "more iterations are likely to help"));
+    // A violation that stays at ½ while the stationarity falls.
+    let stuck = outcome.history.iter().map(|it| Iterate { violation: 0.5, ..*it });
+    let stuck = Outcome { history: stuck.collect(), ..outcome };
+    assert!(!says(&stuck, "the violation stayed at 0.5") && !says(&stuck, "more iterations are unlikely to help"));
+    // A run that converged has nothing to say.
+    let outcome =
+        interior_point(&mut Given::new(steep, vec![Interval::FREE; 2], vec![]), &[2.0; 2], &limited(50), &mut silent);
+    assert!(!outcome.expect("fits").to_string().contains("iterations,"));
 }
