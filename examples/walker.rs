@@ -26,6 +26,9 @@ const LENGTH: f64 = 1.0;
 const STEPS: usize = 40;
 const DURATION: f64 = 0.73;
 
+/// The gait on a slope of 3° in minimal coordinates by SciPy, made without this library: angles from the vertical and rates.
+const INDEPENDENT: [f64; 4] = [0.2186688, -0.3233886, -1.0923836, -0.3773740];
+
 /// φ_a + φ_b − π + 2 γ, zero if both feet are on the slope γ = b₀; φ is the angle of a leg from its foot to the hip.
 struct BothFeetDown;
 
@@ -154,6 +157,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [stance, swing, stance_rate, swing_rate] = gait;
     let duration: f64 = problem.solver.trajectory().times[STEPS];
     println!("gait on a slope of 3°: legs at {:.4} and {:.4} rad from the vertical,", stance - FRAC_PI_2, swing - FRAC_PI_2);
+    let from_vertical = [stance - FRAC_PI_2, swing - FRAC_PI_2, stance_rate, swing_rate];
+    assert!(from_vertical.iter().zip(INDEPENDENT).all(|(ours, independent)| (ours - independent).abs() < 1e-5));
     println!("  rates {stance_rate:.4} and {swing_rate:.4} rad/s, one step takes {duration:.4} s");
 
     // r(x, γ) = P(x, γ) − x: the derivatives of the map P from step to step, and dx/dγ = −r_x⁻¹ r_γ.
