@@ -255,6 +255,21 @@ pub enum Warning {
         /// The estimated difference of its value in the continuous motion, from a motion with halved steps.
         error: f64,
     },
+    /// The sum of squares χ² of the residuals of a fit is improbable: for a correct model with normal errors of the stated standard deviations, a χ² so
+    /// far from the number of degrees of freedom has a probability below [`MISFIT`](Warning::MISFIT).
+    ///
+    /// If χ² is too large, the model lacks an effect, the minimum is a local one, some readings are outliers, or the standard deviations are too
+    /// small. If χ² is too small, the standard deviations are too large; [`Fit::standard_errors`](crate::optimize::Fit::standard_errors) do not depend
+    /// on their common factor. The warning is given only if all residuals are those of readings whose standard deviations are known
+    /// ([`Scene::reading_deviation`](crate::Scene::reading_deviation)).
+    Misfit {
+        /// χ², the sum of squares of the residuals.
+        chi_squared: f64,
+        /// The number of residuals minus that of variables.
+        degrees_of_freedom: usize,
+        /// The probability of a χ² that is at least, or at most, as large, without the estimated errors of the grid.
+        probability: f64,
+    },
     /// Positions violate a constraint by more than [`DRIFT`](Warning::DRIFT) times the lengths in it, because only the velocities satisfy
     /// dΦ/dt = 0 and positions follow by quadrature. The result is no longer a motion of this mechanism.
     ///
@@ -312,6 +327,8 @@ impl Warning {
     pub const GRID_SHIFT: f64 = 0.5;
     /// A warning is given if the grid causes an error of a quantity of a minimum of more than this fraction.
     pub const INACCURATE: f64 = 0.1;
+    /// A warning is given if a correct model would have a χ² so large, or so small, with less than this probability.
+    pub const MISFIT: f64 = 1e-6;
     /// A warning is given if a coordinate turns by more than this angle in one step, rad: a quarter of a revolution.
     pub const TURN: f64 = std::f64::consts::FRAC_PI_2;
     /// A warning is given if the violation of a constraint, relative to the lengths in it, exceeds this value.
@@ -459,6 +476,23 @@ impl fmt::Display for Warning {
                 f,
                 "the steps are too long: {quantity} is {value:.4e}, but would differ by about {error:.1e} with very short steps under the same controls; require an accuracy of `solve`, or use shorter steps"
             ),
+            Warning::Misfit { chi_squared, degrees_of_freedom, probability } => {
+                let degrees = *degrees_of_freedom as f64;
+                let is_large = *chi_squared > degrees;
+                let size = if is_large { "larger" } else { "smaller" };
+                let chi = four_digits(*chi_squared);
+                write!(
+                    f,
+                    "the residuals are {size} than the errors of the readings explain: χ² is {chi} for {degrees_of_freedom} degrees of freedom, which a correct model would have with a probability of at most {:.0e}; ",
+                    probability.max(1e-300)
+                )?;
+                if is_large {
+                    f.write_str("the model may lack an effect, the minimum may be a local one, some readings may be outliers, or their standard deviations too small")
+                } else {
+                    let factor = (degrees / chi_squared).sqrt();
+                    write!(f, "the standard deviations of the readings seem to be too large by a factor of {factor:.1}; standard errors that the residuals determine do not depend on this factor, absolute errors do")
+                }
+            }
             Warning::Drift { equation, violation, share, step, time } => write!(
                 f,
                 "positions have drifted from {equation} by {violation:.1e}, which is {share:.1e} times the lengths in it; this ratio exceeded {:.0e} at or before step {step} (t = {} s); set `Settings::drift_bound`, and `Settings::rebase_every` if multipliers grow, or use \

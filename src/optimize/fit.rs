@@ -4,9 +4,10 @@ use std::fmt;
 
 use nalgebra::{DMatrix, DVector, Dyn, SVD};
 
-use super::Outcome;
+use super::chi_squared::tails;
 use super::norm::norm;
 use super::outcome::significant;
+use super::{Outcome, Reason};
 use crate::Warning;
 
 /// Singular values below this fraction of the largest are zero. A variable is undetermined if its squared component along them exceeds `UNSEEN`.
@@ -119,6 +120,21 @@ impl Fit {
             .filter(|(_, (shift, noise))| shift.abs() > Warning::GRID_SHIFT * noise)
             .max_by(|(_, (a, of_a)), (_, (b, of_b))| (a / of_a).abs().total_cmp(&(b / of_b).abs()))?;
         Some(Warning::GridShift { variable: name(i), shift, noise })
+    }
+
+    /// A warning if χ² of residuals that are those of readings is improbable. Without the estimated errors e of the grid, the residuals are
+    /// r + e + A δ; of both sums of squares the more probable one counts.
+    pub(super) fn misfit(&self, residuals: &DVector<f64>) -> Option<Warning> {
+        let is_minimum = matches!(self.outcome.reason, Reason::Stationary | Reason::NoLowerValue);
+        let degrees_of_freedom = Some(self.degrees_of_freedom()).filter(|degrees| is_minimum && *degrees > 0)?;
+        let chi_squared = self.chi_squared();
+        let of_motion = match (&self.grid_errors, self.grid_shifts()) {
+            (Some(errors), Some(shifts)) => (residuals + errors + &self.jacobian * DVector::from_vec(shifts)).norm_squared(),
+            _ => chi_squared,
+        };
+        let [[lower, upper], of_motion] = [chi_squared, of_motion].map(|chi| tails(chi, degrees_of_freedom));
+        let probability = lower.max(of_motion[0]).min(upper.max(of_motion[1]));
+        (probability < Warning::MISFIT).then_some(Warning::Misfit { chi_squared, degrees_of_freedom, probability })
     }
 
     /// The variables that the residuals do not determine: those without effect, and those whose effects are linearly dependent.

@@ -24,7 +24,8 @@ const SEEN: f64 = 100.0;
 /// variables do not matter.
 ///
 /// If there are more residuals than variables, the errors that the grid causes are estimated at the end
-/// ([`Problem::grid_errors`]), for motions by one simulation with twice as many steps; [`Fit::standard_errors`] includes them.
+/// ([`Problem::grid_errors`]), for motions by one simulation with twice as many steps; [`Fit::standard_errors`] includes them. If all residuals
+/// are those of readings ([`Problem::is_reading`]), a sum of squares that a correct model would hardly have causes [`Warning::Misfit`](crate::Warning::Misfit).
 ///
 /// # Errors
 /// Invalid sizes, bounds or options, or a problem without residuals.
@@ -41,11 +42,12 @@ pub fn levenberg_marquardt(
         return Err(Error::Parameter { what: "the number of residuals".into(), value: 0.0, must_be });
     }
     let (mut jacobian, mut grid_errors) = (DMatrix::zeros(rows, start.len()), None);
+    let mut residuals = DVector::zeros(rows);
     let outcome = solve(problem, start, options, |problem, x| {
         let Descended { at, history, reason } = descend(problem, x, options, watch, ROUNDING)?;
         let (value, mut multipliers) = (half_square(&at.r), vec![0.0; problem.c.len()]);
         problem.asked().zip(&at.r).for_each(|(j, r)| multipliers[j] = *r);
-        jacobian = at.jacobian;
+        (jacobian, residuals) = (at.jacobian, at.r);
         // Without standard errors, the errors of the grid are not needed.
         if rows > start.len() && !problem.is_stopped() {
             grid_errors = problem.grid_errors();
@@ -54,6 +56,10 @@ pub fn levenberg_marquardt(
     })?;
     let mut fit = Fit { outcome, jacobian, grid_errors };
     fit.outcome.warnings.extend(fit.warning(|i| problem.variable_name(i)));
+    let is_free = |j: &usize| problem.constraints()[*j] == Interval::FREE;
+    if (0..fit.outcome.constraints.len()).all(|j| is_free(&j) || problem.is_reading(j)) {
+        fit.outcome.warnings.extend(fit.misfit(&residuals));
+    }
     Ok(fit)
 }
 

@@ -35,6 +35,7 @@
 
 mod augmented_lagrangian;
 mod barrier;
+mod chi_squared;
 mod counted;
 mod degenerate;
 mod fit;

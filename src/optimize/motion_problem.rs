@@ -334,6 +334,10 @@ impl Problem for MotionProblem {
         format!("output `{}`", self.solver.system().output_name(j))
     }
 
+    fn is_reading(&self, j: usize) -> bool {
+        self.solver.system().is_reading(j)
+    }
+
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
         let f = self.try_at(x, c)?;
         self.settle();

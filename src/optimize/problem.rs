@@ -154,6 +154,13 @@ pub trait Problem {
         format!("constraint {j}")
     }
 
+    /// True if constraint j is the deviation of a motion from a reading, divided by the known standard deviation of the reading.
+    /// [`levenberg_marquardt`](super::levenberg_marquardt) tests the sum of squares of such residuals ([`Warning::Misfit`]). Default: false.
+    fn is_reading(&self, j: usize) -> bool {
+        let _ = j;
+        false
+    }
+
     /// Computes f(x), and c(x) into `c`.
     ///
     /// # Errors

@@ -109,6 +109,10 @@ static READING: Kind = Kind::new("reading", &[], |scene, name, part| {
     let (output, b) = (scene.output(name), part.fixed_numbers());
     let at = (Sum::Node(part.count()), part.coordinate());
     scene.term(output, name, Position, at.0, [at.1], [], [], [b[0].into(), b[1].into()]);
+    // The weight 1 is that of a reading of which nothing is known.
+    if b[1] != 1.0 {
+        scene.parts.readings.push(name.to_string());
+    }
 })
 .with(&[("coordinate", Sort::Coordinate), ("node", Sort::Count), ("value", Sort::Number), ("weight", Sort::Number)]);
 
@@ -120,6 +124,16 @@ static READING_TIME: Kind = Kind::new("reading time", &[], |scene, name, part| {
     scene.parts.reading_times.push((name.to_string(), part.count(), time));
 })
 .with(&[("node", Sort::Count), ("time", Sort::Number)]);
+
+static READING_DEVIATION: Kind = Kind::new("reading deviation", &[], |scene, name, part| {
+    let value = part.fixed_numbers()[0];
+    if !(value > 0.0 && value.is_finite()) {
+        let what = format!("the standard deviation of reading `{name}`");
+        scene.report(Error::Parameter { what, value, must_be: "positive and finite" });
+    }
+    scene.parts.readings.push(name.to_string());
+})
+.with(&[("deviation", Sort::Number)]);
 
 static EVENT_TIME: Kind = Kind::new("event time", &[], |scene, name, part| {
     let output = scene.output(name);
@@ -136,7 +150,8 @@ static EVENT_IMPULSE: Kind = Kind::new("event impulse", &[], |scene, name, part|
 
 /// The kinds of ready-made costs and outputs.
 #[cfg(feature = "files")]
-pub(super) static KINDS: [&Kind; 7] = [&EFFORT, &TIME, &END_STATE, &READING, &READING_TIME, &EVENT_TIME, &EVENT_IMPULSE];
+pub(super) static KINDS: [&Kind; 8] =
+    [&EFFORT, &TIME, &END_STATE, &READING, &READING_TIME, &READING_DEVIATION, &EVENT_TIME, &EVENT_IMPULSE];
 
 impl Scene {
     /// Adds a cost h or S of Eq. (5) that depends on the coordinates `q`, multipliers `sigma` and controls `u`; `sum` is the rule by which its
@@ -290,7 +305,8 @@ impl Scene {
     }
 
     /// Adds the residual of a reading as an output: w (q_i − q̃) with the measured value (reading) q̃ of a coordinate at node i and the
-    /// weight w, such as the inverse standard deviation of the reading.
+    /// weight w, such as the inverse standard deviation of the reading. The weight 1 means that the standard deviation is not known: fits then do
+    /// not test χ² ([`Warning::Misfit`](crate::Warning::Misfit)). [`readings_of`](Self::readings_of) is for other quantities than coordinates.
     pub fn reading(&mut self, name: &str, coordinate: Coordinate, node: usize, value: f64, weight: f64) -> Output {
         let [value, weight] = [value, weight].map(|number| Entry::Numbers(vec![number]));
         let more = vec![Entry::Coordinate(coordinate), Entry::Count(node), value, weight];
@@ -317,6 +333,14 @@ impl Scene {
     pub fn reading_time(&mut self, name: &str, node: usize, time: f64) {
         let more = vec![Entry::Count(node), Entry::Numbers(vec![time])];
         self.ready(name, Part { more, ..Part::of(&READING_TIME) });
+    }
+
+    /// States that the output with this name is the difference of a quantity and a reading, divided by the known standard deviation of the reading
+    /// (in the unit of the quantity), so that fits test χ² ([`Warning::Misfit`](crate::Warning::Misfit)). For outputs that are made by
+    /// [`output`](Self::output); ready-made readings do so themselves.
+    pub fn reading_deviation(&mut self, name: &str, deviation: f64) {
+        let more = vec![Entry::Numbers(vec![deviation])];
+        self.ready(name, Part { more, ..Part::of(&READING_DEVIATION) });
     }
 
     /// Adds the time of an event, s, as an output; events are counted from 0 in [`Inputs::events`](crate::Inputs::events).

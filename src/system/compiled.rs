@@ -113,6 +113,11 @@ impl System {
         self.0.names.looked_at.contains(&output)
     }
 
+    /// True if the output is the deviation from a reading, divided by its known standard deviation.
+    pub(crate) fn is_reading(&self, output: usize) -> bool {
+        self.0.names.readings[output]
+    }
+
     /// Readings with their nodes and times, s.
     pub(crate) fn reading_times(&self) -> &[(String, usize, f64)] {
         &self.0.names.reading_times

@@ -89,6 +89,7 @@ pub fn everything() -> Scene {
     scene.end_state(cart.coordinates[0]);
     scene.reading("seen at 3", bob.coordinates[1], 3, -0.1, 7.0);
     scene.reading_time("seen at 3", 3, 0.03);
+    scene.reading_deviation("seen at 3", 0.5);
     scene
 }
 
@@ -106,8 +107,8 @@ fn every_part_comes_back_as_it_was() {
     let kinds: BTreeSet<&str> = file["parts"].as_array().expect("parts").iter().filter_map(|p| p["kind"].as_str()).collect();
     assert_eq!(
         kinds.len(),
-        26 + 6 + 5,
-        "26 kinds of parts, and controls, design variables, gravity, bodies, particles, values; effort, time, end states, readings and their times: {kinds:?}"
+        26 + 6 + 6,
+        "26 kinds of parts, and controls, design variables, gravity, bodies, particles, values; effort, time, end states, readings, their times and deviations: {kinds:?}"
     );
     let read = SceneFile::from_json(&json).expect("a scene").complete().expect("whole");
     assert_eq!(read.to_json().expect("a file"), json, "written again it is the same");

@@ -1,5 +1,7 @@
 //! Names for reports and error messages.
 
+use std::collections::HashSet;
+
 use super::scene_parts::Parts;
 use crate::error::quoted;
 
@@ -15,6 +17,8 @@ pub(in crate::system) struct Names {
     pub(in crate::system) looked_at: Vec<usize>,
     /// Readings with their nodes and times, s.
     pub(in crate::system) reading_times: Vec<(String, usize, f64)>,
+    /// Outputs that are deviations from readings, divided by their known standard deviations.
+    pub(in crate::system) readings: Vec<bool>,
     pub(in crate::system) events: Vec<String>,
 }
 
@@ -33,8 +37,15 @@ impl Names {
             outputs: scene.outputs.clone(),
             looked_at: scene.looked_at.clone(),
             reading_times: scene.reading_times.clone(),
+            readings: readings(scene),
             events: scene.events.clone(),
             designs: scene.designs.iter().map(|(name, _)| name.clone()).collect(),
         }
     }
+}
+
+/// For each output, true if it is declared to be a reading.
+fn readings(scene: &Parts) -> Vec<bool> {
+    let known: HashSet<&str> = scene.readings.iter().map(String::as_str).collect();
+    scene.outputs.iter().map(|name| known.contains(name.as_str())).collect()
 }

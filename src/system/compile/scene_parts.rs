@@ -29,6 +29,8 @@ pub(crate) struct Parts {
     pub(crate) looked_at: Vec<usize>,
     /// Readings with their nodes and times, s.
     pub(crate) reading_times: Vec<(String, usize, f64)>,
+    /// Outputs that are deviations from readings, divided by their known standard deviations.
+    pub(crate) readings: Vec<String>,
     pub(crate) designs: Vec<(String, f64)>,
     /// Name and number of equations of each constraint.
     pub(crate) constraints: Vec<(String, usize)>,
