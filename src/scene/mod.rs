@@ -15,6 +15,7 @@ pub(crate) mod kinds;
 mod lists;
 mod named;
 pub mod planar;
+mod readings;
 pub(crate) mod ready;
 pub mod scenes;
 pub mod spatial;

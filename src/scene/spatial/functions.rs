@@ -5,6 +5,7 @@ use super::formula::{cross, plus, scaled};
 use super::path::{MarkerState, Path};
 use super::{Marker, Quantity, Spatial};
 use crate::model::{Control, Event, Output, Param};
+use crate::scene::readings;
 use crate::scene::ready::{Entry, Kind, Part, Sort};
 use crate::{Error, ListCost, ListPoint, Scalar, Sum};
 
@@ -141,6 +142,47 @@ impl Spatial<'_> {
     ) {
         let Some((markers, Arguments { q, b })) = self.markers(name, markers, b) else { return };
         self.scene.list_term(output, name, AtMarkers { function, markers }, sum, &q, &[], u, &b.0);
+    }
+
+    /// Adds readings of a function of markers and controls as outputs (value of the function − reading)/deviation, as
+    /// [`Scene::readings_of`](crate::Scene::readings_of) does for functions of coordinates.
+    ///
+    /// ```
+    /// use hamiltonian_adjoint::spatial::{Body, Inertia, MarkerFunction, MarkerPoint};
+    /// use hamiltonian_adjoint::{Scalar, Scene};
+    ///
+    /// /// The height of a marker, m.
+    /// #[derive(Clone)]
+    /// struct Height;
+    /// impl MarkerFunction for Height {
+    ///     fn value<S: Scalar>(&self, at: &MarkerPoint<S>) -> S {
+    ///         at.markers[0].position[2]
+    ///     }
+    /// }
+    ///
+    /// let mut scene = Scene::new();
+    /// let mut space = scene.spatial();
+    /// let rod = space.body("rod", Inertia::cuboid(1.0, [0.1, 0.1, 1.0]));
+    /// space.ball("joint", Body::GROUND.origin(), rod.at([0.0, 0.0, 0.5]));
+    /// space.readings_of("camera", Height, &[(10, -0.97), (20, -0.91)], 2e-3, &[rod.at([0.0, 0.0, -0.5])], &[], &[]);
+    /// assert_eq!(scene.compile()?.outputs(), 2);
+    /// # Ok::<(), hamiltonian_adjoint::Error>(())
+    /// ```
+    #[expect(clippy::too_many_arguments, reason = "the arguments of the function, one list each")]
+    pub fn readings_of(
+        &mut self,
+        name: &str,
+        function: impl MarkerFunction + Clone,
+        readings: &[(usize, f64)],
+        deviation: f64,
+        markers: &[Marker],
+        u: &[Control],
+        b: &[Param],
+    ) -> Vec<Output> {
+        let Some((markers, Arguments { q, b })) = self.markers(name, markers, b) else { return Vec::new() };
+        let function = || AtMarkers { function: function.clone(), markers: markers.clone() };
+        let of = readings::Arguments { q: &q, sigma: &[], u, b: &b.0 };
+        self.scene.add_readings(name, function, (readings, deviation), &of)
     }
 
     /// Adds an event: a function of markers and controls whose zero is the event ([`Scene::event`](crate::Scene::event)).
