@@ -65,6 +65,8 @@ pub struct MultipleShooting {
     /// The inputs given at construction, or of the last successful evaluation.
     inputs: Inputs,
     x: Vec<f64>,
+    /// The point that was tried last, with a value.
+    tried: Vec<f64>,
     /// The independent coordinates at the start of the segments.
     states: Vec<Coordinate>,
     /// The entries of (q, v, p\*) at the end of a segment that the variables of the next one's start equal.
@@ -120,7 +122,20 @@ impl MultipleShooting {
         let (minimised, mut x) = (vec![false; running.len()], whole.of(&inputs));
         let still = DVector::zeros(system.n());
         all[1..].iter_mut().for_each(|segment| x.extend(segment.guess(inputs.start.q(), &still)));
-        Ok(MultipleShooting { segments: all, whole, inputs, x, states, entries, names, running, constraints, minimised })
+        let tried = x.clone();
+        Ok(MultipleShooting {
+            segments: all,
+            whole,
+            inputs,
+            x,
+            tried,
+            states,
+            entries,
+            names,
+            running,
+            constraints,
+            minimised,
+        })
     }
 
     /// Sets the guess of the initial states of the segments: `of` receives the node, and modifies q and v.

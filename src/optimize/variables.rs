@@ -145,9 +145,18 @@ impl Variables {
         &self.names[i]
     }
 
+    fn free_of(&self, i: usize) -> &Free {
+        &self.free[self.first.partition_point(|first| *first <= i) - 1]
+    }
+
+    /// The free quantity that variable i is a part of.
+    pub(super) fn quantity(&self, i: usize) -> &Quantity {
+        &self.free_of(i).quantity
+    }
+
     /// The meaning of variable i.
     pub(super) fn meaning(&self, i: usize) -> Meaning<'_> {
-        let of = &self.free[self.first.partition_point(|first| *first <= i) - 1];
+        let of = self.free_of(i);
         Meaning { name: self.name(i), kind: discriminant(&of.quantity), scale: of.scale, logarithm: of.logarithm }
     }
 

@@ -39,17 +39,14 @@ impl Problem for MultipleShooting {
         Report::of_all(self.segments.iter().map(|segment| segment.motion.solver.report().clone())).warnings
     }
 
+    fn is_reading(&self, j: usize) -> bool {
+        j < self.running.len() && self.segments[0].motion.is_reading(j)
+    }
+
     fn evaluate(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
-        self.sizes().values(x, c)?;
-        c.fill(0.0);
-        let mut sum = 0.0;
-        for (k, (cost, found)) in self.evaluate_segments(x)?.into_iter().enumerate() {
-            sum += cost;
-            self.rows(k).for_each(|output| c[output] += found[output]);
-            let end = self.segments[k].motion.solver.end();
-            self.joints(k).for_each(|joint| c[joint.row] = end[joint.end] - x[joint.start]);
-        }
-        Ok(sum + (0..self.running.len()).filter(|&k| self.minimised[k]).map(|k| c[k]).sum::<f64>())
+        let f = self.try_at(x, c)?;
+        self.settle();
+        Ok(f)
     }
 
     fn gradient(&mut self, f_weight: f64, c_weights: &[f64], gradient: &mut [f64]) -> Result<(), Error> {
@@ -140,16 +137,44 @@ impl MultipleShooting {
     /// # Errors
     /// A segment without a motion.
     pub(in super::super) fn evaluate_segments(&mut self, x: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, Error> {
-        let whole = self.inputs_at(x);
-        let times = whole.grid.times();
+        let found = self.try_segments(x)?;
+        self.settle();
+        Ok(found)
+    }
+
+    /// As [`evaluate`](Problem::evaluate), but the point does not become the current one.
+    ///
+    /// # Errors
+    /// A segment without a motion.
+    pub(in super::super) fn try_at(&mut self, x: &[f64], c: &mut [f64]) -> Result<f64, Error> {
+        self.sizes().values(x, c)?;
+        c.fill(0.0);
+        let mut sum = 0.0;
+        for (k, (cost, found)) in self.try_segments(x)?.into_iter().enumerate() {
+            sum += cost;
+            self.rows(k).for_each(|output| c[output] += found[output]);
+            let end = self.segments[k].motion.solver.end();
+            self.joints(k).for_each(|joint| c[joint.row] = end[joint.end] - x[joint.start]);
+        }
+        Ok(sum + (0..self.running.len()).filter(|&k| self.minimised[k]).map(|k| c[k]).sum::<f64>())
+    }
+
+    /// Makes the point that was tried last, which has a value, the current one.
+    pub(in super::super) fn settle(&mut self) {
+        // After all segments succeeded, so that none keeps a point at which another one has no value.
+        self.segments.iter_mut().for_each(Segment::settle);
+        self.x.clone_from(&self.tried);
+        self.inputs = self.inputs_at(&self.tried);
+    }
+
+    fn try_segments(&mut self, x: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, Error> {
+        let times = self.inputs_at(x).grid.times();
         let of = |segment: &mut Segment| {
             let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
             segment.try_at(&own, times[segment.first])
         };
         let found = self.segments.iter_mut().map(of).collect::<Result<Vec<_>, Error>>()?;
-        // After all segments succeeded, so that none keeps a point at which another one has no value.
-        self.segments.iter_mut().for_each(Segment::settle);
-        (self.inputs, self.x) = (whole, x.to_vec());
+        self.tried = x.to_vec();
         Ok(found)
     }
 
