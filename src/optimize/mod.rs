@@ -12,6 +12,7 @@
 //! | [`MultipleShooting`] | motions whose end is too sensitive to their beginning: divided into segments, as a problem for the methods above |
 //! | [`stages`](stages()) | the problems of [`MultipleShooting`], with many segments: the work of an iteration is that of a few sweeps over the motion |
 //! | [`levenberg_marquardt`] | sums of squares of residuals c(x), with fewer or more residuals than variables |
+//! | [`identify`](identify()) | parameters from readings of several experiments ([`Trials`]), also from guesses that are far away |
 //! | [`lbfgs`](lbfgs()) | many variables and bounds, with gradients alone |
 //! | [`augmented_lagrangian`](augmented_lagrangian()) | many variables, bounds and constraints, with gradients alone |
 //!
@@ -42,6 +43,7 @@ mod fit;
 mod free;
 mod held;
 mod homotopy;
+mod identify;
 mod interior_point;
 mod lbfgs;
 mod least_squares;
@@ -67,6 +69,7 @@ pub use augmented_lagrangian::augmented_lagrangian;
 pub use fit::Fit;
 pub use free::{Free, Quantity};
 pub use homotopy::homotopy;
+pub use identify::{Identified, identify};
 pub use interior_point::interior_point;
 pub use lbfgs::lbfgs;
 pub use least_squares::levenberg_marquardt;

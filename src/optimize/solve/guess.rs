@@ -220,7 +220,7 @@ fn ends(problem: &MotionProblem) -> Vec<(usize, f64)> {
 }
 
 /// q and v at the start of a motion, if there is a consistent one.
-fn start_of(system: &System, settings: Settings, inputs: &Inputs) -> Option<[DVector<f64>; 2]> {
+pub(in super::super) fn start_of(system: &System, settings: Settings, inputs: &Inputs) -> Option<[DVector<f64>; 2]> {
     let mut solver = Solver::new(system, settings);
     let mut own = inputs.clone();
     own.grid = inputs.grid.part(0, 0);

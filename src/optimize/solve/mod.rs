@@ -14,6 +14,7 @@ use crate::solver::each;
 use accuracy::make_accurate;
 use attempt::{Haste, Known, in_segments, near_optimum};
 use guess::Line;
+pub(super) use guess::start_of;
 pub use guess::{Guess, Search};
 pub use sensitivity::{Parameter, Sensitivity, sensitivities};
 pub use solved::{Attempt, Solved};

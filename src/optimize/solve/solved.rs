@@ -31,7 +31,7 @@ pub struct Attempt {
 }
 
 impl Attempt {
-    pub(super) fn of(what: String, outcome: &Outcome, options: &Options) -> Self {
+    pub(in super::super) fn of(what: String, outcome: &Outcome, options: &Options) -> Self {
         let Outcome { reason, value, violation, iterations, .. } = *outcome;
         let is_unstable = reason.is_converged() && violation > options.violation;
         Attempt { what, reason, value, violation, iterations, is_unstable }

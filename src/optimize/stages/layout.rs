@@ -142,7 +142,7 @@ fn places(of: &MultipleShooting, k: usize, steps: usize, (counts, states): ([usi
 }
 
 /// For each output, the only segment that contributes to it; `None` if several ones do.
-fn owners(of: &MultipleShooting) -> Vec<Option<usize>> {
+pub(in super::super) fn owners(of: &MultipleShooting) -> Vec<Option<usize>> {
     let last = of.segments.len() - 1;
     let system = of.segments[0].motion.solver.system();
     let segment_of = |node: usize| of.segments.iter().position(|segment| node <= segment.last).unwrap_or(last);

@@ -19,6 +19,7 @@ use super::multiple_shooting::MultipleShooting;
 use super::problem::{Problem, largest_violation};
 use super::{Iterate, Options, Outcome, Reason, Violation, Watcher};
 use crate::Error;
+pub(super) use layout::owners;
 use method::{Method, Start};
 use nalgebra::DVector;
 use near::Near;
