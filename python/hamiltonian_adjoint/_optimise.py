@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -16,7 +17,7 @@ from ._free import Free, interval, stated
 from ._guess import Guess, checked_guess, of_segments
 from ._handles import Coordinate, Output
 from ._names import suggestion
-from ._optimum import Iterate, Optimum
+from ._optimum import Iterate, Optimum, lowest
 from ._progress import Bar, with_bar
 from ._solver import _checked
 from ._system import Array, Inputs, System
@@ -42,6 +43,8 @@ class _Stated:
     _motions: list[Problem]
     # The number of segments, names of states, guesses, and outputs in the cost.
     _shooting: tuple[int, list[str], list[tuple[bool, int, list[float]]], list[str]] | None = None
+    # True if several motions have only their design variables in common.
+    _shares_designs: bool = False
 
     @property
     def start(self) -> Array:
@@ -120,11 +123,29 @@ class _Stated:
         with with_bar(callback, progress) as watched:
             return self._optimum(_core.minimise(self, self._method(method), x, options, _called(watched)))
 
+    def identify(self, *, callback: Callback | None = None, progress: bool = False, **options: Any) -> Optimum:
+        """Fits the free quantities to readings, from a guess that may be far away: minimises half the sum of squares of the outputs.
+
+        First the motions are fitted as they are, by 'Levenberg-Marquardt'. If their residuals are larger than the deviations of the readings explain, or if
+        these are not known, the motions are divided into segments whose initial states are fitted to the readings and joined step by step; then the
+        motions are fitted again. This converges where motions get out of phase with the readings, or are unstable. `attempts` of the optimum list what was
+        tried. Options are those of `minimise`, and apply to each fit; `callback(iterate, x)` may return True to stop.
+        """
+        if self._shooting is not None:
+            raise OptimiseError("`identify` divides motions into segments itself: state them as a `Problem`, or several as `Trials`")
+        options = _options(options)
+        with with_bar(callback, progress) as watched:
+            found = self._optimum(_core.identify(self, options, _called(watched)))
+        warn(found.warnings)
+        return found
+
     def multi_start(self, starts: Iterable[ArrayLike], method: str = "interior point", *, progress: bool = False, **options: Any) -> list[Optimum]:
         """Minimises from many starts on all cores, with the results in the order of the starts; `lowest` chooses the best."""
         points = [_point(start) for start in starts]
         found = [self._optimum(of) for of in _core.multi_start(self, points, self._method(method), _options(options), Bar() if progress else None)]
-        warn([warning for of in found for warning in of.warnings])
+        # Local minima explain no readings; only the best one has to.
+        least = lowest(found, violation=math.inf)
+        warn([warning for of in found for warning in of.warnings if of is least or warning[0] != "Misfit"])
         return found
 
     def _method(self, method: str) -> str:
@@ -135,7 +156,12 @@ class _Stated:
         return method
 
     def _optimum(self, attributes: dict[str, Any]) -> Optimum:
-        scales = {_VARIABLES[kind].format(name): (scale, is_log) for kind, name, _, _, scale, is_log in self._motions[0]._free if kind in _VARIABLES}
+        scales: dict[str, tuple[float, bool]] = {}
+        for trial, of in enumerate(self._motions):
+            for kind, name, _, _, scale, is_log in of._free:
+                if kind in _VARIABLES:
+                    own = f" of trial {trial}" if self._shares_designs and kind != "design" else ""
+                    scales.setdefault(_VARIABLES[kind].format(name) + own, (scale, is_log))
         return Optimum([of.system for of in self._motions], attributes, scales)
 
     def __repr__(self) -> str:
@@ -218,12 +244,17 @@ class MultipleShooting(_Stated):
 
 
 class Trials(_Stated):
-    """Several problems with the same variables, such as experiments with different starts or forces: the sum of their costs and all their outputs.
+    """Several problems, such as experiments with different starts or forces: the sum of their costs and all their outputs.
 
-    `trials` of an optimum are the inputs of each motion.
+    Their variables are the same, unless `share` is 'designs': then free design variables of the same name are one variable, and all other free
+    quantities, such as initial values, belong to their problem; this is for records of several experiments. `trials` of an optimum are the inputs of
+    each motion.
     """
 
-    def __init__(self, problems: Iterable[Problem]) -> None:
+    def __init__(self, problems: Iterable[Problem], share: str = "all") -> None:
+        if share not in ("all", "designs"):
+            raise InputError(f"trials share 'all' variables or 'designs', not '{share}'")
+        self._shares_designs = share == "designs"
         self._motions = list(problems)
         if not self._motions or not all(isinstance(of, Problem) for of in self._motions):
             raise TypeError("trials are a list of one or more instances of `Problem`")

@@ -66,9 +66,9 @@ class Optimum:
     - `iterations`, `evaluations`, `gradients`, `products`: the numbers of iterations, simulations, gradients and products of the Hessian;
     - `history`: the start and all iterates; `first_failure`: the error of the first point that could not be computed;
     - `warnings`: kinds and messages of warnings about the motion of `inputs`;
-    - `attempts`: what `solve` tried, in this order; empty for other methods.
+    - `attempts`: what `solve` or `identify` tried, in this order; empty for other methods.
 
-    Only 'Levenberg-Marquardt' has other values than None in
+    Only 'Levenberg-Marquardt' and `identify` have other values than None in
 
     - `chi_squared`, `degrees_of_freedom`: the sum of squares of the residuals, and their number minus that of the variables;
     - `standard_errors`, `covariance` of the variables: the residuals themselves determine the scatter of the readings, χ²/degrees of freedom;

@@ -283,6 +283,10 @@ class Scene(Parts):
         """Records the time of a reading at a node, s. Fits reject inputs whose node is at another time."""
         self._add("reading time", name, node=int(node), time=float(time))
 
+    def reading_deviation(self, name: str, deviation: float) -> None:
+        """States that an output is the difference of a quantity and a reading, divided by the known standard deviation of the reading, so that fits test χ²."""
+        self._add("reading deviation", name, deviation=float(deviation))
+
     def readings(
         self,
         name: str,
@@ -299,8 +303,9 @@ class Scene(Parts):
 
         `deviation` is the standard deviation of the random error, in the unit of the quantity, or one for each reading. A fit by 'Levenberg-Marquardt' gives
         two kinds of errors of what it determines. If the deviations are known, as from the data sheet of a sensor, `absolute_errors` are right; if only
-        their ratios are known, or all are a guess such as 1, `standard_errors`, which the scatter of the readings about the fit determines. Both are
-        about equal if `chi_squared` is about `degrees_of_freedom`.
+        their ratios are known, or all are 1, `standard_errors`, which the scatter of the readings about the fit determines. Both are
+        about equal if `chi_squared` is about `degrees_of_freedom`. If it is improbable for a correct model, a fit warns, unless a deviation is 1,
+        which says that it is not known.
 
         `steps`, `dt` and `t0` are the grid of the motion, whose nodes must include the
         times of the readings, s (`steps_through`); inputs with nodes at other times are rejected. The output of reading i is called `name.i`.
@@ -313,6 +318,8 @@ class Scene(Parts):
                 self.reading(output.name, quantity, at, value, weight)
             else:
                 self.output(output.name, lambda of: (quantity - of.b[0]) * of.b[1], sum=node(at), b=[value, weight])
+                if weight != 1.0:
+                    self.reading_deviation(output.name, 1.0 / weight)
             self.reading_time(output.name, at, time)
         return outputs
 

@@ -39,6 +39,7 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(check::check_function, module)?)?;
     module.add_function(wrap_pyfunction!(formula::values, module)?)?;
     module.add_function(wrap_pyfunction!(identify::table, module)?)?;
+    module.add_function(wrap_pyfunction!(solve::identify, module)?)?;
     module.add_function(wrap_pyfunction!(identify::steps_through, module)?)?;
     module.add_function(wrap_pyfunction!(identify::nodes_of_readings, module)?)?;
     module.add_function(wrap_pyfunction!(robot::robot, module)?)?;

@@ -47,6 +47,9 @@ pub(crate) struct GivenProblem<'py> {
     motions: Vec<GivenMotion<'py>>,
     #[pyo3(attribute("_shooting"))]
     shooting: Option<GivenShooting>,
+    /// True if the motions share only design variables.
+    #[pyo3(attribute("_shares_designs"))]
+    shares_designs: bool,
 }
 
 /// The attributes of `Problem` of Python.
@@ -69,6 +72,7 @@ struct GivenShooting(usize, Vec<String>, Vec<(bool, usize, Vec<f64>)>, Vec<Strin
 pub(crate) struct Statement {
     pub(crate) motions: Vec<Motion>,
     shooting: Option<Shooting>,
+    shares_designs: bool,
 }
 
 /// A statement of a problem of one motion.
@@ -100,7 +104,7 @@ impl GivenProblem<'_> {
             (Some(of), Some(motion)) => Some(of.shooting(&motion.system)?),
             _ => None,
         };
-        Ok(Statement { motions, shooting })
+        Ok(Statement { motions, shooting, shares_designs: self.shares_designs })
     }
 }
 
@@ -145,13 +149,19 @@ impl Statement {
         W: FnMut() -> ControlFlow<()> + Send + 'static,
     {
         match (&self.motions[..], &self.shooting) {
-            ([motion], None) => Ok(Problem::Motion(Box::new(motion.problem(watcher())?))),
+            ([motion], None) if !self.shares_designs => Ok(Problem::Motion(Box::new(motion.problem(watcher())?))),
             ([motion], Some(of)) => Ok(Problem::Shooting(Box::new(motion.in_segments(of, watcher())?))),
-            (motions, _) => {
-                let motions = motions.iter().map(|motion| motion.problem(watcher())).collect::<Result<_, Error>>()?;
-                Ok(Problem::Trials(Trials::new(motions)?))
-            }
+            _ => Ok(Problem::Trials(self.trials(watcher)?)),
         }
+    }
+
+    /// The motions as trials, also a single one.
+    pub(crate) fn trials<W>(&self, watcher: impl Fn() -> W) -> Result<Trials, Error>
+    where
+        W: FnMut() -> ControlFlow<()> + Send + 'static,
+    {
+        let motions = self.motions.iter().map(|motion| motion.problem(watcher())).collect::<Result<_, Error>>()?;
+        if self.shares_designs { Trials::sharing_designs(motions) } else { Trials::new(motions) }
     }
 
     /// The problem without a callback.
@@ -205,7 +215,7 @@ impl Problem {
         match self {
             Problem::Motion(of) => of.start(),
             Problem::Shooting(of) => of.start(),
-            Problem::Trials(of) => of.motions()[0].start(),
+            Problem::Trials(of) => of.start(),
         }
     }
 
@@ -214,7 +224,7 @@ impl Problem {
         match self {
             Problem::Motion(of) => vec![of.inputs_at(x)],
             Problem::Shooting(of) => vec![of.inputs_at(x)],
-            Problem::Trials(of) => of.motions().iter().map(|motion| motion.inputs_at(x)).collect(),
+            Problem::Trials(of) => of.inputs_at(x),
         }
     }
 

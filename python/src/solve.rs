@@ -75,6 +75,29 @@ pub(crate) fn solve<'py>(
     Ok(all)
 }
 
+/// Fits all motions, also from far away.
+#[pyfunction]
+pub(crate) fn identify<'py>(
+    py: Python<'py>,
+    problem: GivenProblem<'py>,
+    given_options: &Bound<'py, PyDict>,
+    callback: Option<Py<PyAny>>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (statement, options, signals) = (problem.statement()?, options(given_options)?, Signals::default());
+    let mut trials = statement.trials(|| signals.watcher()).map_err(raised)?;
+    let mut watch = watcher(&signals, callback);
+    let result = py.detach(|| optimize::identify(&mut trials, &options, &mut watch));
+    signals.take()?;
+    let found = result.map_err(raised)?;
+    let attempts: Vec<_> = found.attempts.iter().map(attempt).collect();
+    let table = found.table();
+    let solved = (found.fit.outcome.clone(), Some(found.fit));
+    let all = described(py, &statement, &Problem::Trials(trials), &solved)?;
+    all.set_item("attempts", attempts)?;
+    all.set_item("_table", table)?;
+    Ok(all)
+}
+
 /// The entries of `Attempt` of Python.
 fn attempt(of: &Attempt) -> (&str, String, f64, f64, usize, bool) {
     (&of.what, of.reason.to_string(), of.value, of.violation, of.iterations, of.is_unstable)

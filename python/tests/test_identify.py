@@ -236,3 +236,56 @@ def test_graded_steps():
     assert ha.steps_through([0.0, 0.1], 0.01).shape == (10,)
     with pytest.raises(ha.InputError, match="0 steps: the number of steps must be positive"):
         ha.graded_steps(0, 1.0)
+
+
+def record(start, guess, seed=1, stiffness=10.0, **given):
+    """A record of the oscillator with 40 N/m and a wrong guess of its stiffness and start."""
+    scene, x, stiffness = oscillator(stiffness)
+    times = np.arange(1, 101) * 0.05
+    values = measured(lambda t: start * np.cos(np.sqrt(40.0) * t), times, 0.01, seed)
+    scene.readings("position", x, times, values, **{"deviation": 0.01, "steps": 500, "dt": 0.01, **given})
+    system = scene.compile()
+    inputs = system.at_rest(500, 0.01)
+    inputs[x] = guess
+    return ha.Problem(system, inputs, [stiffness, ha.free(x, scale=0.1)], settings={"scheme": "ESDIRK4"})
+
+
+def test_records_are_identified_from_far():
+    records = [record(0.3, 0.2), record(-0.2, -0.2, seed=2)]
+    found = ha.Trials(records, share="designs").identify()
+    assert found.names == ["stiffness", "initial block.x of trial 0", "initial block.x of trial 1"]
+    assert found.converged and len(found.attempts) > 1 and found.warnings == []
+    truth = np.array([40.0, 3.0, -2.0])
+    assert np.all(np.abs(found.x - truth) < 4 * found.absolute_errors) and found.absolute_errors[0] < 0.3
+    assert found.trials[1].q[0] == pytest.approx(0.1 * found.x[2]) and found.trials[0].q[0] == pytest.approx(0.1 * found.x[1])
+    assert found.degrees_of_freedom == 197
+    lines = str(found).splitlines()
+    assert re.match(r"  initial block.x of trial 1 = -0\.\d+ ± 0\.\d+", lines[5]), lines
+    assert any(line.strip().startswith("segments with 3 readings") for line in lines)
+    # A single record is a case of one.
+    one = records[0].identify()
+    assert one.names == ["stiffness", "initial block.x"] and abs(one.x[0] - 40.0) < 4 * one.absolute_errors[0]
+    # As it is, the motion does not follow.
+    with pytest.warns(ha.MotionWarning, match="larger than the errors of the readings"):
+        assert abs(records[0].minimise("Levenberg-Marquardt", iterations=50).x[0] - 40.0) > 1.0
+    with pytest.raises(ha.InputError, match="'all' variables or 'designs', not 'some'"):
+        ha.Trials(records, share="some")
+    stopped = records[0].identify(callback=lambda iterate, x: True)
+    assert "callback" in stopped.reason and len(stopped.attempts) == 1
+
+
+def test_an_improbable_chi_squared_warns():
+    for deviation, quantity in [(0.001, None), (0.1, None), (0.001, 2.0)]:
+        problem = record(0.3, 0.3, stiffness=39.0, deviation=deviation)
+        if quantity is not None:
+            scene, x, stiffness = oscillator(39.0)
+            times = np.arange(1, 101) * 0.05
+            values = measured(lambda t: 0.6 * np.cos(np.sqrt(40.0) * t), times, 0.01)
+            scene.readings("double", quantity * x, times, values, deviation=deviation, steps=500, dt=0.01)
+            system = scene.compile()
+            problem = ha.Problem(system, system.at_rest(500, 0.01), [stiffness, x], settings={"scheme": "ESDIRK4"})
+        with pytest.warns(ha.MotionWarning, match="larger" if deviation < 0.01 else "smaller"):
+            found = problem.minimise("Levenberg-Marquardt")
+        assert found.warnings[0][0] == "Misfit"
+    # A deviation of 1 is not known.
+    assert record(0.3, 0.3, stiffness=39.0, deviation=1.0).minimise("Levenberg-Marquardt").warnings == []

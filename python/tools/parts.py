@@ -52,7 +52,7 @@ def method_name(kind: str) -> str:
 
 
 # Kinds that `Scene` has methods of its own for.
-OTHERS = {"body", "particle", "coordinates", "initial value", "control", "design variable", "gravity", "effort", "time", "end state", "reading", "reading time"}
+OTHERS = {"body", "particle", "coordinates", "initial value", "control", "design variable", "gravity", "effort", "time", "end state", "reading", "reading time", "reading deviation"}
 OTHERS |= {"kinetic energy", "potential energy", "force", "constraint", "cost", "term", "event", "output"}
 # The types of entries by their content.
 TYPES = {
