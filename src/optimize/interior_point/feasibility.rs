@@ -1,17 +1,15 @@
 //! Feasibility phase: the same method minimises ½ Σ excess² if steps that also take f into account do not reduce the violations.
 
-use std::ops::ControlFlow;
-
 use nalgebra::{DMatrix, DVector};
 
 use super::super::counted::Counted;
-use super::super::{Interval, Iterate, Options, Outcome, Problem, Reason};
+use super::super::{Interval, Options, Outcome, Problem, Reason, silent};
 use super::interior_point;
 use crate::Error;
 
 /// Largest number of iterations of a feasibility phase.
 const ITERATIONS: usize = 100;
-/// ½ Σ excess² is minimal if a restart at the end, or the last `FEW` iterations, which then end the phase, change it by less than this fraction.
+/// ½ Σ excess² is minimal if a restart at the end changes it by less than this fraction, or, if no iterations are left, if the last `FEW` of them do.
 /// Merely slow convergence proves nothing.
 const FLAT: f64 = 1e-5;
 const FEW: usize = 10;
@@ -26,13 +24,7 @@ pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> R
     loop {
         // A trait object: the method calls itself, and a new type for every level of recursion could not be compiled.
         let excess: &mut dyn Problem = &mut Excess { of: problem, jacobian: None, factor: 0.0 };
-        let mut values = Vec::new();
-        let mut until_flat = |iterate: &Iterate, _: &[f64]| {
-            values.push(iterate.value);
-            if is_flat(&values) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        let found = interior_point(excess, &end, &options, &mut until_flat)?;
-        let Outcome { x: next, history, reason, first_failure, .. } = found;
+        let Outcome { x: next, history, reason, first_failure, .. } = interior_point(excess, &end, &options, &mut silent)?;
         if let (Reason::NoStart, Some(error)) = (reason, first_failure) {
             return Err(error);
         }
@@ -43,19 +35,16 @@ pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> R
         if problem.is_stopped() {
             return Ok((end, false));
         }
-        let is_least = reason != Reason::Target && (is_flat(&values) || before - last <= FLAT * last);
-        if is_least || matches!(reason, Reason::Iterations | Reason::Target) {
+        let is_out = reason == Reason::Iterations;
+        let few_ago = history.len().checked_sub(FEW + 1).map_or(f64::INFINITY, |i| history[i].value);
+        let earlier = if is_out { few_ago } else { before };
+        let is_least = reason != Reason::Target && earlier - last <= FLAT * last;
+        if is_least || is_out || reason == Reason::Target {
             return Ok((end, is_least));
         }
         before = last;
         options.stationarity *= FINER;
     }
-}
-
-/// True if the last iterations hardly changed the values.
-fn is_flat(values: &[f64]) -> bool {
-    let (last, few_ago) = (values.last(), values.len().checked_sub(FEW + 1).map(|i| values[i]));
-    matches!((last, few_ago), (Some(last), Some(few_ago)) if few_ago - last <= FLAT * last)
 }
 
 /// ½ Σ excess² of the constraints of a problem.

@@ -20,11 +20,9 @@ use crate::Error;
 use method::Method;
 
 /// Violations do not decrease if, over this many iterations, all exceed the fraction `SLOW` of the first and `ALIKE` of the largest.
-const SLOW_FOR: usize = 10;
+const SLOW_FOR: usize = 20;
 const SLOW: f64 = 0.9;
 const ALIKE: f64 = 0.5;
-/// The method ends if a feasibility phase leaves more than this fraction of the squares of violations that another one left.
-const NO_CLOSER: f64 = 0.9;
 /// The method ends after this many steps with no predicted decrease except rounding error, neither of φ nor of the violation.
 const MOST_IDLE: usize = 10;
 
@@ -33,7 +31,7 @@ const MOST_IDLE: usize = 10;
 /// bound or of the distance to the other bound, whichever is smaller; if the bound is 0, the largest variable (1 if all are 0) replaces it. The start
 /// is moved by less if the problem has no value at the moved start. If the violation does not decrease, up to 100 iterations of a feasibility
 /// phase minimise it regardless of f; they have a limit of their own, [`Options::iterations`] in total, and only their end is passed to `watch`
-/// and stored in the history. The method ends if a second phase comes no closer to feasible points than the first.
+/// and stored in the history.
 ///
 /// At a point where the constraints hold, the method evaluates a neighbouring point to confirm that multipliers exist ([`Reason::Degenerate`]).
 ///
@@ -47,8 +45,7 @@ pub fn interior_point(
 ) -> Result<Outcome, Error> {
     solve(problem, start, options, |problem, x| {
         let mut method = Method::new(problem, &x, options.violation)?;
-        let mut iterations =
-            Iterations { history: vec![method.iterate(problem, 0.0)], idle: 0, begin: 0, closest: f64::INFINITY };
+        let mut iterations = Iterations { history: vec![method.iterate(problem, 0.0)], idle: 0, begin: 0 };
         let found = iterate(problem, &mut method, &mut iterations, options, watch);
         let reason = problem.reason(found, iterations.history.len())?;
         let multipliers = method.all_multipliers(problem);
@@ -112,9 +109,6 @@ fn iterate(
                 *method = Method::at(counted, &method.start, end, allowed)?;
                 method.region.radius = method.first_radius(options);
                 iterations.begin_again(method.iterate(counted, step));
-                if iterations.is_no_closer(counted) && !is_least {
-                    return Ok(Reason::NoLowerValue);
-                }
                 if is_least {
                     let x = method.x();
                     if !counted.holds_to_rounding(x.as_slice(), 0.0)? {
@@ -189,8 +183,6 @@ struct Iterations {
     idle: usize,
     /// The iterate at which the method was last started.
     begin: usize,
-    /// The smallest sum of squares of violations at the end of a feasibility phase.
-    closest: f64,
 }
 
 impl Iterations {
@@ -206,13 +198,6 @@ impl Iterations {
     fn begin_again(&mut self, at: Iterate) {
         (self.idle, self.begin) = (0, self.history.len());
         self.history.push(at);
-    }
-
-    /// True if a feasibility phase hardly came closer to feasible points than another one before.
-    fn is_no_closer(&mut self, at: &Counted) -> bool {
-        let (before, now) = (self.closest, at.excess().iter().map(|x| x * x).sum::<f64>());
-        self.closest = before.min(now);
-        now > NO_CLOSER * before
     }
 
     /// True if the constraints held at any iterate.
