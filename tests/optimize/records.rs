@@ -435,28 +435,28 @@ fn counted(records: impl Iterator<Item = (Vec<MotionProblem>, [f64; 3])>) -> [us
 #[test]
 fn parameters_of_unstable_motions_are_found_from_far() {
     let mut random = Random::new(5);
-    let records = (0..10).map(|_| {
+    let records = (0..4).map(|_| {
         let truth = [random.uniform(0.8, 1.2), random.uniform(0.05, 0.2), random.uniform(0.5, 2.0)];
         let guess = truth.map(|of| of * random.uniform(-1.0, 1.0).exp());
         let begins = [0; 2].map(|_| FRAC_PI_2 + random.uniform(-0.3, 0.3));
         (begins.map(|begin| balanced(truth, guess, begin, &mut random)).into(), truth)
     });
     let [by_motion, found] = counted(records);
-    println!("of 10 pairs of records, {by_motion} are fitted by the motions as they are, {found} with segments");
-    assert_eq!([by_motion, found], [0, 10]);
+    println!("of 4 pairs of records, {by_motion} are fitted by the motions as they are, {found} with segments");
+    assert_eq!([by_motion, found], [0, 4]);
 }
 
 #[test]
 fn parameters_of_long_motions_of_an_arm_are_found_from_far() {
     let (mut random, grid) = (Random::new(77), Grid::uniform(500, 0.01));
-    let records = (0..4).map(|_| {
+    let records = (0..2).map(|_| {
         let guess = ARM.map(|of| of * random.uniform(-1.0, 1.0).exp());
         let begins = [0; 2].map(|_| [random.uniform(-1.5, 1.5), random.uniform(-1.5, 1.5)]);
         (begins.map(|begin| arm_record(begin, guess, &grid, &mut random)).into(), ARM)
     });
     let [by_motion, found] = counted(records);
-    println!("of 4 pairs of records of an arm, {by_motion} are fitted by the motions as they are, {found} with segments");
-    assert!(by_motion < 4 && found == 4);
+    println!("of 2 pairs of records of an arm, {by_motion} are fitted by the motions as they are, {found} with segments");
+    assert!(by_motion < 2 && found == 2);
 }
 
 #[test]
