@@ -5,7 +5,8 @@ use super::super::problem::{Interval, Problem};
 use super::super::{MotionProblem, Options, Outcome, Watcher};
 use super::attempt::{Known, near_optimum, sum};
 use super::halved::Halved;
-use super::{Attempt, Solved, from_start, is_solved};
+use super::solved::{Attempt, Solved};
+use super::ways::{from_start, is_solved};
 use crate::estimate::GridErrors;
 use crate::{Error, Scheme, Warning};
 

@@ -4,8 +4,8 @@ use super::super::free::Quantity;
 use super::super::problem::{Problem, largest_violation};
 use super::super::stages::{Nearby, feasible, stages, stages_near};
 use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Violation, Watcher, interior_point};
+use super::division::most_segments;
 use super::guess::{Guess, Line};
-use super::most_segments;
 use crate::Error;
 
 /// The search for a feasible motion ends after this many iterations, or with these errors.

@@ -2,31 +2,28 @@
 
 mod accuracy;
 mod attempt;
+mod division;
 mod guess;
 mod halved;
 mod sensitivity;
 mod solved;
 mod starts;
+mod ways;
 
-use super::{Iterate, MotionProblem, Options, Outcome, Problem, Watcher, interior_point, silent};
+use super::{Iterate, MotionProblem, Options, Outcome, Watcher, silent};
 use crate::Error;
 use crate::solver::each;
 use accuracy::make_accurate;
-use attempt::{Haste, Known, in_segments, near_optimum};
-use guess::Line;
 pub(super) use guess::start_of;
 pub use guess::{Guess, Search};
 pub use sensitivity::{Parameter, Sensitivity, sensitivities};
 pub use solved::{Attempt, Solved};
 use starts::Starts;
+use ways::{from_start, is_solved};
 
-/// Numbers of steps of a segment, in the order in which they are tried.
-const STEPS: [usize; 4] = [5, 10, 1, 3];
 /// Number of starts that are tried together, and of starts that must lead to the best value until no others are tried.
 const TOGETHER: usize = 4;
 const AGAIN: usize = 6;
-/// Number of ways that are tried from starts after the first one.
-const FEW: usize = 2;
 /// Relative difference of values that are the same.
 const ALIKE: f64 = 1e-4;
 
@@ -145,86 +142,6 @@ fn from_all_starts(
 /// J of a minimum; infinite for other outcomes, also for segments that meet but violate the constraints as a single motion.
 fn value(outcome: &Outcome, options: &Options) -> f64 {
     if is_solved(outcome, options) { outcome.value } else { f64::INFINITY }
-}
-
-fn is_solved(outcome: &Outcome, options: &Options) -> bool {
-    outcome.reason.is_converged() && outcome.violation <= options.violation
-}
-
-/// Solves from the inputs of the problem, beginning with one of the numbers of segments.
-///
-/// # Errors
-/// As [`solve`].
-fn from_start(
-    problem: &mut MotionProblem,
-    guess: &Guess,
-    (options, first): (&Options, usize),
-    watch: &mut Watcher,
-) -> Result<Solved, Error> {
-    let mut attempts = Vec::new();
-    let haste = if first == 0 { Haste::Patient } else { Haste::Brief };
-    let line = match guess {
-        Guess::Inputs => None,
-        Guess::Optimum { x, multipliers } if first == 0 && settles_at(problem, x).is_ok() => {
-            let known = Known::of(problem, multipliers).ok();
-            if let Some(known) = &known
-                && let Some(outcome) = near_optimum(problem, known, options, watch)?
-            {
-                attempts.push(Attempt::of("near the optimum".into(), &outcome, options));
-                if is_solved(&outcome, options) || outcome.is_interrupted() {
-                    return Ok(Solved { outcome, attempts });
-                }
-                problem.settle_at(x);
-            }
-            known.map(|known| known.line)
-        }
-        _ => Line::new(problem, guess, first),
-    };
-    let start = problem.start();
-    let ways = line.iter().flat_map(|line| counts(problem, first).into_iter().map(move |segments| (line, segments)));
-    for (line, segments) in ways.collect::<Vec<_>>() {
-        let Some(outcome) = in_segments(problem, (line, segments, haste), options, watch)? else { continue };
-        attempts.push(Attempt::of(format!("{segments} segments"), &outcome, options));
-        if is_solved(&outcome, options) || outcome.is_interrupted() {
-            return Ok(Solved { outcome, attempts });
-        }
-        if haste == Haste::Brief && attempts.len() == FEW {
-            return Ok(Solved { outcome, attempts });
-        }
-        problem.settle_at(&start);
-    }
-    let outcome = interior_point(problem, &start, options, watch)?;
-    attempts.push(Attempt::of("one motion".into(), &outcome, options));
-    Ok(Solved { outcome, attempts })
-}
-
-/// The largest number of segments that is tried first.
-fn most_segments(problem: &MotionProblem) -> usize {
-    counts(problem, 0).first().copied().unwrap_or(1)
-}
-
-/// Makes x the current point.
-///
-/// # Errors
-/// A point without a motion.
-fn settles_at(problem: &mut MotionProblem, x: &[f64]) -> Result<(), Error> {
-    let mut constraints = vec![0.0; problem.constraints().len()];
-    problem.evaluate(x, &mut constraints).map(|_| ())
-}
-
-/// The numbers of segments that are tried; the first ones alternate between starts.
-fn counts(problem: &MotionProblem, start: usize) -> Vec<usize> {
-    let steps = problem.inputs_at(&problem.start()).grid.macro_ends().count();
-    let mut counts: Vec<usize> = Vec::new();
-    for count in STEPS.into_iter().map(|of| steps / of).filter(|count| *count > 1) {
-        if !counts.contains(&count) {
-            counts.push(count);
-        }
-    }
-    if counts.len() > 1 && !start.is_multiple_of(2) {
-        counts.swap(0, 1);
-    }
-    counts
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use super::super::stages::{Change, derivatives};
 use super::super::{MotionProblem, Options, Outcome};
 use super::attempt::{At, Known, at_motion};
 use super::guess::Guess;
-use super::settles_at;
+use super::ways::settles_at;
 use crate::{Error, Output};
 
 /// A quantity of a problem by which its minimum is differentiated.

@@ -1,0 +1,73 @@
+//! The ways from one start to a minimum: near a known one, in segments, and as one motion.
+
+use super::super::problem::Problem;
+use super::super::{MotionProblem, Options, Outcome, Watcher, interior_point};
+use super::attempt::{Haste, Known, in_segments, near_optimum};
+use super::division::counts;
+use super::guess::{Guess, Line};
+use super::solved::{Attempt, Solved};
+use crate::Error;
+
+/// Number of ways that are tried from starts after the first one.
+const FEW: usize = 2;
+
+/// True for a minimum of the problem as stated; false also for segments that meet but violate the constraints as a single motion.
+pub(super) fn is_solved(outcome: &Outcome, options: &Options) -> bool {
+    outcome.reason.is_converged() && outcome.violation <= options.violation
+}
+
+/// Solves from the inputs of the problem, beginning with one of the numbers of segments.
+///
+/// # Errors
+/// As [`solve`].
+pub(super) fn from_start(
+    problem: &mut MotionProblem,
+    guess: &Guess,
+    (options, first): (&Options, usize),
+    watch: &mut Watcher,
+) -> Result<Solved, Error> {
+    let mut attempts = Vec::new();
+    let haste = if first == 0 { Haste::Patient } else { Haste::Brief };
+    let line = match guess {
+        Guess::Inputs => None,
+        Guess::Optimum { x, multipliers } if first == 0 && settles_at(problem, x).is_ok() => {
+            let known = Known::of(problem, multipliers).ok();
+            if let Some(known) = &known
+                && let Some(outcome) = near_optimum(problem, known, options, watch)?
+            {
+                attempts.push(Attempt::of("near the optimum".into(), &outcome, options));
+                if is_solved(&outcome, options) || outcome.is_interrupted() {
+                    return Ok(Solved { outcome, attempts });
+                }
+                problem.settle_at(x);
+            }
+            known.map(|known| known.line)
+        }
+        _ => Line::new(problem, guess, first),
+    };
+    let start = problem.start();
+    let ways = line.iter().flat_map(|line| counts(problem, first).into_iter().map(move |segments| (line, segments)));
+    for (line, segments) in ways.collect::<Vec<_>>() {
+        let Some(outcome) = in_segments(problem, (line, segments, haste), options, watch)? else { continue };
+        attempts.push(Attempt::of(format!("{segments} segments"), &outcome, options));
+        if is_solved(&outcome, options) || outcome.is_interrupted() {
+            return Ok(Solved { outcome, attempts });
+        }
+        if haste == Haste::Brief && attempts.len() == FEW {
+            return Ok(Solved { outcome, attempts });
+        }
+        problem.settle_at(&start);
+    }
+    let outcome = interior_point(problem, &start, options, watch)?;
+    attempts.push(Attempt::of("one motion".into(), &outcome, options));
+    Ok(Solved { outcome, attempts })
+}
+
+/// Makes x the current point.
+///
+/// # Errors
+/// A point without a motion.
+pub(super) fn settles_at(problem: &mut MotionProblem, x: &[f64]) -> Result<(), Error> {
+    let mut constraints = vec![0.0; problem.constraints().len()];
+    problem.evaluate(x, &mut constraints).map(|_| ())
+}
