@@ -13,8 +13,10 @@ use crate::{Error, Scheme, Warning};
 /// The largest number of times that a problem is solved with smaller errors of the grid, and the order of the scheme from which on steps are halved.
 const MOST: usize = 6;
 const ORDER: usize = 4;
-/// Deviations are compared with values of at least this size in the units of an output, m or rad.
+/// Errors of outputs are compared with values of at least this size in the units of an output, m or rad; those of J with at least this fraction of J
+/// at the start.
 const LEAST: f64 = 1.0;
+const FRACTION: f64 = 1e-3;
 
 /// The quantity with the largest relative error.
 struct Deviation {
@@ -22,7 +24,7 @@ struct Deviation {
     name: String,
     value: f64,
     error: f64,
-    /// |error| relative to |value| for J, and to max(|value|, 1) for outputs.
+    /// |error| relative to the size of the value.
     relative: f64,
 }
 
@@ -33,7 +35,10 @@ impl Deviation {
         let GridErrors { value, outputs } = problem.errors_of((minimum.value, &minimum.constraints)).ok()??;
         let of =
             |name: String, value: f64, error: f64, size: f64| Deviation { name, value, error, relative: error.abs() / size };
-        let of_cost = of("the cost J".into(), minimum.value, value, minimum.value.abs().max(f64::MIN_POSITIVE));
+        // At the minimum, J may be zero up to rounding.
+        let at_start = minimum.history.first().map_or(0.0, |first| FRACTION * first.value.abs());
+        let of_cost =
+            of("the cost J".into(), minimum.value, value, minimum.value.abs().max(at_start).max(f64::MIN_POSITIVE));
         let constrained = problem.constraints().into_iter().enumerate().filter(|(_, of)| *of != Interval::FREE);
         let of_outputs = constrained.map(|(k, _)| {
             let value = minimum.constraints[k];
