@@ -486,10 +486,10 @@ impl fmt::Display for Warning {
                     "the residuals are {size} than the errors of the readings explain: χ² is {chi} for {degrees_of_freedom} degrees of freedom, which a correct model would have with a probability of at most {:.0e}; ",
                     probability.max(1e-300)
                 )?;
+                let factor = (degrees / chi_squared).sqrt();
                 if is_large {
-                    f.write_str("the model may lack an effect, the minimum may be a local one, some readings may be outliers, or their standard deviations too small")
+                    write!(f, "the model may lack an effect, the minimum may be a local one, some readings may be outliers, or their standard deviations too small by a factor of {:.1}", 1.0 / factor)
                 } else {
-                    let factor = (degrees / chi_squared).sqrt();
                     write!(f, "the standard deviations of the readings seem to be too large by a factor of {factor:.1}; standard errors that the residuals determine do not depend on this factor, absolute errors do")
                 }
             }

@@ -29,7 +29,7 @@ OPTIONS = ("iterations", "target", "stationarity", "violation", "memory", "first
 _KNOWN = f"options of the methods are {', '.join(OPTIONS)}; settings of the solver, as settings={{…}}, are {', '.join(SETTINGS)}"
 
 # Arguments of methods, not of problems.
-_ARGUMENTS = {"method": "minimise", "start": "minimise", "guess": "solve", "starts": "solve", **dict.fromkeys(("callback", "progress", *OPTIONS), "minimise")}
+_ARGUMENTS = {"method": "minimise", "start": "minimise", "guess": "solve", "starts": "solve", "accuracy": "solve", **dict.fromkeys(("callback", "progress", *OPTIONS), "minimise")}
 
 # Names of the variables of scalar quantities.
 _VARIABLES = {"design": "{}", "coordinate": "initial {}", "rate": "initial rate of {}", "duration": "{}", "step": "{}"}
@@ -71,7 +71,7 @@ class _Stated:
         If `starts` is larger than 1, the other starts have random controls, durations and guesses; they run on all cores, and the lowest minimum is returned.
 
         With `accuracy`, the problem is solved again by ESDIRK4, and then with steps halved, until the estimated errors that the grid causes are at most
-        this fraction of J, and of each constrained output or 1 m or rad, whichever is larger; `inputs` of the optimum have this grid.
+        this fraction of J, and of each constrained output or 1 m or rad, whichever is larger; `inputs` of the optimum have this grid, and `scheme` is its scheme.
 
         `callback(iterate, x)` may return True to stop. It receives the iterates of the first start, and the best point after each group of other starts. With
         `progress`, a bar by tqdm counts these calls. Options are those of `minimise`; `iterations` limits each attempt, which has at most 200 in segments.
@@ -162,6 +162,7 @@ class _Stated:
                 if kind in _VARIABLES:
                     own = f" of trial {trial}" if self._shares_designs and kind != "design" else ""
                     scales.setdefault(_VARIABLES[kind].format(name) + own, (scale, is_log))
+        attributes.setdefault("scheme", self._motions[0].settings.get("scheme", "trapezoidal rule"))
         return Optimum([of.system for of in self._motions], attributes, scales)
 
     def __repr__(self) -> str:

@@ -59,6 +59,7 @@ class Optimum:
     - `converged`: True if the gradient is small or the target was reached, and the constraints hold;
     - `reason`: why the method stopped; `message`: the reason, counts, and numbers;
     - `inputs`: the best inputs; `trials`: those of each motion of `Trials`, the first of which are `inputs`;
+    - `scheme`: the scheme of the motion of `inputs`; `solve` with an accuracy may have changed it;
     - `x`, `names`: values and names of the variables;
     - `value`: J, for Levenberg-Marquardt half the sum of squares of the outputs;
     - `constraints`: the values of the outputs at x, not their violations; `limits`: name, lower and upper bound of each;
@@ -75,13 +76,14 @@ class Optimum:
     - `absolute_errors`: standard errors for deviations of the readings that are known, √diag((AᵀA)⁻¹ + δ δᵀ) with the `jacobian` A and the
       `grid_shifts` δ; `standard_errors` have s² (AᵀA)⁻¹ instead, with s² = χ²/degrees of freedom;
     - `grid_shifts`: estimated changes of the variables if steps became infinitely short, included in both kinds of errors;
-    - `undetermined`: the variables without effect; `jacobian`: the derivatives of the residuals by the variables.
+    - `undetermined`: the variables that the readings do not determine, because they have no effect, or only a combination of them has one; `jacobian`: the derivatives of the residuals by the variables.
     """
 
     x: Array
     names: list[str]
     value: float
     inputs: Inputs
+    scheme: str
     trials: list[Inputs]
     constraints: Array
     limits: list[tuple[str, float, float]]
@@ -127,7 +129,8 @@ class Optimum:
     def __repr__(self) -> str:
         lines = self._off() if self.chi_squared is None else self._parameters()
         message = self.message.replace(", after ", ",\n  after ", 1).replace("): ", "):\n  ", 1)
-        return "\n  ".join([f"<optimum: {message}>", *lines, *self._tried()])
+        warnings = [f"warning: {message}" for _, message in dict.fromkeys(self.warnings)]
+        return "\n  ".join([f"<optimum: {message}>", *lines, *self._tried(), *warnings])
 
     def _off(self) -> Iterator[str]:
         """The outputs that violate their limits, the worst first."""

@@ -261,7 +261,7 @@ class Scene(Parts):
         return Event(name, self)
 
     def effort(self, name: str, control: Control, weight: Parameter) -> None:
-        """Adds the cost ½ w ∫ u² dt of a control."""
+        """Adds the effort w ∫ u² dt of a control to J."""
         self._add("effort", name, control=self._entries.own(control).name, **self._entries.parameters(f"effort `{name}`", weight=weight))
 
     def time(self, name: str, weight: Parameter) -> None:

@@ -68,10 +68,11 @@ pub(crate) fn solve<'py>(
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(starts);
     let found = in_pool(py, threads, (&stop, callback), |watch| optimize::solve(&mut motion, search, &options, watch))?;
     let solved = found.map_err(raised)?;
-    let table = solved.to_string();
+    let (table, scheme) = (solved.to_string(), motion.solver.trajectory().scheme.name);
     let all = described(py, &statement, &Problem::Motion(Box::new(motion)), &(solved.outcome, None))?;
     all.set_item("attempts", solved.attempts.iter().map(attempt).collect::<Vec<_>>())?;
     all.set_item("_table", table)?;
+    all.set_item("scheme", scheme)?;
     Ok(all)
 }
 

@@ -46,7 +46,8 @@ def test_a_swing_up_from_rest(links):
         assert motion[angle][-1] == pytest.approx(np.pi / 2, abs=1e-8) and motion[angle.v][-1] == pytest.approx(0.0, abs=1e-8)
     last = found.attempts[-1]
     assert (last.what, last.reason, last.value, last.unstable) == (f"{6 * links} segments", found.reason, found.value, False)
-    head, row = str(found).splitlines()[3:]
+    head, row, *warnings = str(found).splitlines()[3:]
+    assert len(warnings) == len(found.warnings) and all("warning: the steps are too long" in line for line in warnings)
     assert head.split() == ["tried", "iterations", "J", "violation", "end"] and last.what in row and f"{last.iterations} " in row and row.endswith(last.reason)
     problem = problem_of((inputs, force, angles, constraints))
     for same in (problem.solve(), pickle.loads(pickle.dumps(problem)).solve()):
@@ -78,7 +79,8 @@ def test_an_accuracy():
     inputs, force, _, constraints = upright()
     rough, fine = (ha.solve(inputs.system, inputs, [force], constraints=constraints, accuracy=accuracy) for accuracy in (None, 1e-5))
     assert fine.converged and not fine.warnings and [of.what for of in fine.attempts][1] == "by ESDIRK4", fine
-    solver = ha.Solver(inputs.system, scheme="ESDIRK4")
+    assert (rough.scheme, fine.scheme) == ("trapezoidal rule", "ESDIRK4")
+    solver = ha.Solver(inputs.system, scheme=fine.scheme)
     solver.simulate(fine.inputs)
     assert solver.cost() == pytest.approx(fine.value, rel=1e-9) and rough.value == pytest.approx(fine.value, rel=0.05)
     with pytest.raises(ha.InputError, match="accuracy"):
