@@ -250,7 +250,7 @@ pub enum Warning {
     Inaccurate {
         /// The output, or J.
         quantity: String,
-        /// Its value at the minimum.
+        /// The value of the quantity at the minimum.
         value: f64,
         /// The estimated difference of its value in the continuous motion, from a motion with halved steps.
         error: f64,

@@ -57,7 +57,21 @@ impl Statement {
     pub(super) fn at(&self, x: &[f64]) -> Result<MotionProblem, Error> {
         let mut inputs = self.inputs.clone();
         self.variables.write(x, &mut inputs);
-        let mut problem = MotionProblem::new(&self.system, self.settings, inputs, self.variables.clone())?;
+        self.with(inputs, self.variables.clone())
+    }
+
+    /// The problem with another scheme.
+    pub(super) fn by(mut self, scheme: Scheme) -> Self {
+        self.settings.scheme = scheme;
+        self
+    }
+
+    /// The problem with other inputs, and with variables for them.
+    ///
+    /// # Errors
+    /// Inputs or variables that do not fit.
+    pub(super) fn with(&self, inputs: Inputs, variables: Variables) -> Result<MotionProblem, Error> {
+        let mut problem = MotionProblem::new(&self.system, self.settings, inputs, variables)?;
         problem.constraints.clone_from(&self.constraints);
         problem.solver.forward_mut().watch = self.watch.shared([0, 0]);
         Ok(problem)
@@ -113,25 +127,6 @@ impl MotionProblem {
     /// No motion with halved steps.
     pub(super) fn errors_of(&self, values: (f64, &[f64])) -> Result<Option<GridErrors>, Error> {
         grid_errors(self.solver.system(), &self.tried.inputs, self.solver.settings(), values)
-    }
-
-    /// The same problem with other inputs, and the same quantities as variables.
-    ///
-    /// # Errors
-    /// Inputs or variables that do not fit.
-    pub(super) fn on(&self, inputs: Inputs, variables: Variables) -> Result<MotionProblem, Error> {
-        let mut problem = MotionProblem::new(self.solver.system(), self.solver.settings(), inputs, variables)?;
-        problem.constraints.clone_from(&self.constraints);
-        problem.solver.forward_mut().watch = self.solver.forward().watch.shared([0, 0]);
-        Ok(problem)
-    }
-
-    /// Simulates by another scheme from now on.
-    pub(super) fn use_scheme(&mut self, scheme: Scheme) {
-        let settings = Settings { scheme, ..self.solver.settings() };
-        let mut solver = Solver::new(self.solver.system(), settings);
-        solver.forward_mut().watch = self.solver.forward().watch.shared([0, 0]);
-        self.solver = solver;
     }
 
     /// Makes a point the current one, with its motion, if it has one.

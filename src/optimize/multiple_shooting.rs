@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 
 use super::free::{Free, check_reading_times};
 use super::motion_problem::{MotionProblem, default_constraints};
-use super::problem::Interval;
+use super::problem::{Interval, Problem};
 use super::segment::Segment;
 use super::sizes::Sizes;
 use super::variables::Variables;
@@ -195,6 +195,21 @@ impl MultipleShooting {
     /// The variables of the given inputs and the guess, or of the last point evaluated with a value.
     pub fn start(&self) -> Vec<f64> {
         self.x.clone()
+    }
+
+    /// A motion at a point in a number of segments, with the constraints of its problem, which reports to the progress callback of its solver.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub(super) fn of(problem: &MotionProblem, x: &[f64], (states, segments): (&[Coordinate], usize)) -> Result<Self, Error> {
+        let (system, settings) = (problem.solver.system(), problem.solver.settings());
+        let (inputs, free) = (problem.inputs_at(x), problem.free().free().to_vec());
+        let mut shooting = MultipleShooting::new(system, settings, inputs, free, states, segments)?;
+        shooting.report_to(&problem.solver.forward().watch);
+        for (k, interval) in problem.constraints().into_iter().enumerate() {
+            shooting.constrain(system.output(k), interval);
+        }
+        Ok(shooting)
     }
 
     /// Starts each segment with the drift and the multipliers of the end of the previous one. Repeated at solutions, this leads to a single motion.

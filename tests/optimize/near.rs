@@ -69,7 +69,7 @@ fn a_moved_target_takes_a_few_iterations() {
             problem.constrain(angle, Interval::equal(FRAC_PI_2 + by));
             before = assert_near(&mut problem, &before, 5);
         }
-        // The same minimum as from afar.
+        // A straight line of states leads to the same minimum.
         let (far, _) = solved(&mut problem, Guess::Straight);
         assert!((far.value - before.value).abs() < 1e-7 * far.value, "{} {}", far.value, before.value);
         problem.constrain(angle, Interval::equal(FRAC_PI_2 + 0.02));

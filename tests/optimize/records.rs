@@ -209,7 +209,7 @@ fn long_steps_warn_and_short_ones_do_not() {
         let start = trials.start();
         let fit = fit(&mut trials, &start);
         assert_eq!(is_shifted(&fit), warns, "{steps} steps: {fit}");
-        // What the grid causes is no misfit of the model.
+        // Errors of the grid do not count as a misfit of the model.
         assert!(misfit(&fit).is_none(), "{steps} steps: {:?}", misfit(&fit));
     }
 }
@@ -349,7 +349,7 @@ fn bad_readings_are_refused_by_name() {
     });
     assert_says(&ground, &["camera"]);
     assert_says(&Trials::sharing_designs(Vec::new()).expect_err("no records"), &["trials", "at least 1"]);
-    // The same parameter as its logarithm.
+    // A parameter that is a logarithm in one record cannot be shared.
     let grid = Grid::uniform(20, 0.01);
     let as_logarithm = {
         let mut scene = Scene::new();

@@ -83,7 +83,7 @@ pub(super) fn in_segments(
 /// A motion in segments with about this number of nodes with readings; `None` if it cannot be divided.
 fn divided(motion: &MotionProblem, x: &[f64], readings: usize) -> Option<MultipleShooting> {
     let (system, settings) = (motion.solver.system(), motion.solver.settings());
-    let (inputs, free) = (motion.inputs_at(x), motion.free().free().to_vec());
+    let inputs = motion.inputs_at(x);
     let intervals = motion.constraints();
     let asked: Vec<usize> = (0..intervals.len()).filter(|&j| intervals[j] != Interval::FREE).collect();
     let steps = inputs.grid.macro_ends().count();
@@ -94,10 +94,7 @@ fn divided(motion: &MotionProblem, x: &[f64], readings: usize) -> Option<Multipl
     at.start.q_mut().copy_from(&q);
     let states: Vec<Coordinate> =
         Retraction::choose(system, &preferred, &at).into_iter().map(|i| system.coordinate(i)).collect();
-    let mut shooting = MultipleShooting::new(system, settings, inputs, free, &states, count).ok()?;
-    shooting.report_to(&motion.solver.forward().watch);
-    intervals.into_iter().enumerate().for_each(|(j, interval)| shooting.constrain(system.output(j), interval));
-    Some(shooting)
+    MultipleShooting::of(motion, x, (&states, count)).ok()
 }
 
 /// The single nodes at which these outputs are evaluated.

@@ -24,7 +24,7 @@ const ALIKE: f64 = 1e-3;
 pub struct Identified {
     /// The fit with the lowest sum of squares. The counts of its outcome are those of all attempts.
     pub fit: Fit,
-    /// What was tried, in this order. Values are ½‖r‖², and violations the largest |r|.
+    /// The attempts in the order in which they were made. The value of an attempt is ½‖r‖², its violation the largest |r|.
     pub attempts: Vec<Attempt>,
 }
 

@@ -3,10 +3,10 @@
 
 use super::super::problem::{Interval, Problem};
 use super::super::{MotionProblem, Options, Outcome, Watcher};
-use super::attempt::{Known, near_optimum, sum};
+use super::attempt::{Known, sum};
 use super::halved::Halved;
-use super::solved::{Attempt, Solved};
-use super::ways::{from_start, is_solved};
+use super::solved::Solved;
+use super::ways::{from_known, from_start, is_solved};
 use crate::estimate::GridErrors;
 use crate::{Error, Scheme, Warning};
 
@@ -69,22 +69,19 @@ pub(super) fn make_accurate(
     };
     for count in 0.. {
         let Some(deviation) = is_far(problem, &found.outcome) else { break };
-        let mut finer = if accuracy.is_some() && count < MOST { finer(problem, &found.outcome) } else { None };
-        let again = match &mut finer {
-            Some(finer) => Some(finer.solved(options, watch)?),
-            None => None,
+        let finer = if accuracy.is_some() && count < MOST { finer(problem, &found.outcome) } else { None };
+        let Some(mut finer) = finer else {
+            found.outcome.warnings.push(deviation.warning());
+            break;
         };
-        found.attempts.extend(again.iter().flat_map(|again| again.attempts.clone()));
-        match (again, finer) {
-            (Some(again), Some(finer)) if is_solved(&again.outcome, options) || again.outcome.is_interrupted() => {
-                found.outcome = sum(found.outcome.clone(), again.outcome);
-                *problem = finer.problem;
-            }
-            _ => {
-                found.outcome.warnings.push(deviation.warning());
-                break;
-            }
+        let Solved { outcome, attempts } = finer.solved(options, watch)?;
+        found.attempts.extend(attempts);
+        if !is_solved(&outcome, options) && !outcome.is_interrupted() {
+            found.outcome.warnings.push(deviation.warning());
+            break;
         }
+        found.outcome = sum(found.outcome.clone(), outcome);
+        *problem = finer.problem;
     }
     Ok(())
 }
@@ -107,10 +104,7 @@ fn finer(problem: &mut MotionProblem, minimum: &Outcome) -> Option<Finer> {
         return Some(Finer { problem, known, what: format!("{steps} steps") });
     }
     let next = above(scheme)?;
-    let inputs = problem.inputs_at(&minimum.x);
-    let variables = problem.free().clone();
-    let mut by_scheme = problem.on(inputs, variables).ok()?;
-    by_scheme.use_scheme(next);
+    let by_scheme = problem.statement().by(next).at(&minimum.x).ok()?;
     Some(Finer { problem: by_scheme, known, what: format!("by {}", next.name) })
 }
 
@@ -120,14 +114,10 @@ impl Finer {
     /// # Errors
     /// As [`solve`](super::solve()).
     fn solved(&mut self, options: &Options, watch: &mut Watcher) -> Result<Solved, Error> {
-        let start = self.problem.start();
         let mut attempts = Vec::new();
-        if let Some(outcome) = near_optimum(&mut self.problem, &self.known, options, watch)? {
-            attempts.push(Attempt::of(self.what.clone(), &outcome, options));
-            if is_solved(&outcome, options) || outcome.is_interrupted() {
-                return Ok(Solved { outcome, attempts });
-            }
-            self.problem.settle_at(&start);
+        let near = from_known(&mut self.problem, (&self.known, &self.what), (options, &mut attempts), watch)?;
+        if let Some(outcome) = near {
+            return Ok(Solved { outcome, attempts });
         }
         let mut found = from_start(&mut self.problem, &self.known.guess(), (options, 0), watch)?;
         found.attempts.splice(..0, attempts);

@@ -134,13 +134,7 @@ pub(super) fn at_motion(problem: &MotionProblem, known: &Known) -> Result<At, Er
 /// # Errors
 /// A problem that cannot be divided; a guess that is not finite.
 fn divided(problem: &MotionProblem, line: &Line, segments: usize) -> Result<MultipleShooting, Error> {
-    let (system, settings) = (problem.solver.system(), problem.solver.settings());
-    let (inputs, free) = (problem.inputs_at(&problem.start()), problem.free().free().to_vec());
-    let mut shooting = MultipleShooting::new(system, settings, inputs, free, &line.coordinates, segments)?;
-    shooting.report_to(&problem.solver.forward().watch);
-    for (k, interval) in problem.constraints().into_iter().enumerate() {
-        shooting.constrain(system.output(k), interval);
-    }
+    let mut shooting = MultipleShooting::of(problem, &problem.start(), (&line.coordinates, segments))?;
     shooting.guess(|node, q, v| {
         q.copy_from(&line.q.column(node));
         v.copy_from(&line.v.column(node));

@@ -29,7 +29,7 @@ impl Halved {
         let inserted: Vec<usize> = (0..grid.steps.len()).map(|step| 2 * step + 1).collect();
         let finer = Refinement::new((&steps, &[]), grid.around, &inserted).refine(&inputs);
         let variables = Variables::new(system, &finer, problem.free().free().to_vec()).ok()?;
-        let problem_there = problem.on(finer, variables).ok()?;
+        let problem_there = problem.statement().with(finer, variables).ok()?;
         let line =
             Line { coordinates: known.line.coordinates.clone(), q: between(&known.line.q), v: between(&known.line.v) };
         let mut near = known.near.clone();

@@ -16,6 +16,26 @@ pub(super) fn is_solved(outcome: &Outcome, options: &Options) -> bool {
     outcome.reason.is_converged() && outcome.violation <= options.violation
 }
 
+/// Solves near a known minimum and adds the attempt; `None`, and the problem at its start, if other ways have to be tried.
+///
+/// # Errors
+/// A problem without Hessian products.
+pub(super) fn from_known(
+    problem: &mut MotionProblem,
+    (known, what): (&Known, &str),
+    (options, attempts): (&Options, &mut Vec<Attempt>),
+    watch: &mut Watcher,
+) -> Result<Option<Outcome>, Error> {
+    let start = problem.start();
+    let Some(outcome) = near_optimum(problem, known, options, watch)? else { return Ok(None) };
+    attempts.push(Attempt::of(what.into(), &outcome, options));
+    if is_solved(&outcome, options) || outcome.is_interrupted() {
+        return Ok(Some(outcome));
+    }
+    problem.settle_at(&start);
+    Ok(None)
+}
+
 /// Solves from the inputs of the problem, beginning with one of the numbers of segments.
 ///
 /// # Errors
@@ -33,13 +53,9 @@ pub(super) fn from_start(
         Guess::Optimum { x, multipliers } if first == 0 && settles_at(problem, x).is_ok() => {
             let known = Known::of(problem, multipliers).ok();
             if let Some(known) = &known
-                && let Some(outcome) = near_optimum(problem, known, options, watch)?
+                && let Some(outcome) = from_known(problem, (known, "near the optimum"), (options, &mut attempts), watch)?
             {
-                attempts.push(Attempt::of("near the optimum".into(), &outcome, options));
-                if is_solved(&outcome, options) || outcome.is_interrupted() {
-                    return Ok(Solved { outcome, attempts });
-                }
-                problem.settle_at(x);
+                return Ok(Solved { outcome, attempts });
             }
             known.map(|known| known.line)
         }
