@@ -1,12 +1,13 @@
 //! Costs and outputs of a scene.
 
 use nalgebra::SVector;
+use std::sync::Arc;
 
 use super::Scene;
 use super::ready::{Added, Entry, Kind, Part, Sort};
 use crate::model::element::{Cost, CostPoint, ListCost, Sum};
 use crate::model::{Control, Coordinate, Multiplier, Output, Param};
-use crate::system::{Fixed, PlacedCost};
+use crate::system::{AnyCost, CostOfLists, Fixed, PlacedCost, Shape};
 use crate::{Error, Scalar};
 
 /// The outputs of a coordinate at the end of a motion ([`Scene::end_state`]).
@@ -272,12 +273,13 @@ impl Scene {
         b: [Param; P],
     ) -> Vec<Output>
     where
-        C: Cost<N, M, K, P> + Clone,
+        C: Cost<N, M, K, P>,
     {
+        let formula = CostOfLists::shared(Fixed(function), Shape { n: N, m: M, k: K, p: P });
         let mut output = |node: usize| {
             let name = format!("{name} at node {node}");
             let output = self.output(&name);
-            self.term(output, &name, function.clone(), Sum::Node(node), q, sigma, u, b);
+            self.add_formula((&name, 1 + output.index(), Sum::Node(node)), formula.clone(), (&q, &sigma, &u, &b));
             output
         };
         nodes.into_iter().map(&mut output).collect()
@@ -399,10 +401,20 @@ impl Scene {
         u: &[Control],
         b: &[Param],
     ) {
-        let to = self.connect(name, (q, sigma, u, b));
+        let shape = Shape { n: q.len(), m: sigma.len(), k: u.len(), p: b.len() };
+        self.add_formula((name, output, sum), CostOfLists::shared(cost, shape), (q, sigma, u, b));
+    }
+
+    fn add_formula(
+        &mut self,
+        what: (&str, usize, Sum),
+        formula: Arc<dyn AnyCost>,
+        handles: (&[Coordinate], &[Multiplier], &[Control], &[Param]),
+    ) {
+        let (name, to) = (what.0, self.connect(what.0, handles));
         self.costs_named.push(name.to_string());
         if let Some(to) = to {
-            let place = self.parts.costs.push(PlacedCost::new((name, output), (cost, sum), to));
+            let place = self.parts.costs.push(PlacedCost::of(what, formula, to));
             self.note(name, Added::Function(place));
         }
     }

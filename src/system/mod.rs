@@ -19,11 +19,11 @@ pub(crate) use cost::{
     Beside, CostFactors, CostPrograms, CostRows, Depends, EVENTS, GivenWeights, Occurring, PlacedCost, Weights,
 };
 pub(crate) use formula::{
-    AnyElement, Applied, Connections, Covector, Entry, Fixed, Holonomic, InputRows, Kinetic, Lists, NodeValues, NodeView,
-    Pair, PlacedElement, Positions, Potential, Restricted, SEEDS, StateRows, Sums, Within,
+    AnyCost, AnyElement, Applied, Connections, CostOfLists, Covector, Entry, Fixed, Holonomic, InputRows, Kinetic, Lists,
+    NodeValues, NodeView, Pair, PlacedElement, Positions, Potential, Restricted, SEEDS, Shape, StateRows, Sums, Within,
 };
 #[cfg(feature = "files")]
-pub(crate) use formula::{ElementKind, GraphFormula, Placed, Recordable, Shape, Slot, Values};
+pub(crate) use formula::{ElementKind, GraphFormula, Placed, Recordable, Slot, Values};
 pub(crate) use kinks::Kinks;
 pub(crate) use report::Order;
 #[cfg(test)]

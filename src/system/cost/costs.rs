@@ -1,6 +1,7 @@
 //! [`Costs`]: all costs of a scene, indexed by the nodes at which they are evaluated.
 
-use std::collections::HashMap;
+use std::any::TypeId;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -14,7 +15,7 @@ use crate::Error;
 use crate::model::Param;
 use crate::model::element::Sum;
 use crate::number::{Fingerprint, Real};
-use crate::system::formula::{Argument, NodeView};
+use crate::system::formula::{Argument, NodeView, Shape};
 
 /// All costs of a scene.
 #[derive(Clone, Default)]
@@ -26,6 +27,17 @@ pub struct Costs {
     anywhere: Vec<(usize, usize)>,
     /// Batches that are evaluated at a single node, sorted by node and output, so that each node visits only its own, even if there are many.
     at_node: Vec<((usize, usize), usize)>,
+    /// One cost for each of the different formulas that were recorded.
+    recorded: Vec<usize>,
+}
+
+/// What costs with the same formula have in common.
+#[derive(PartialEq, Eq, Hash)]
+enum Same {
+    /// A type of which all values are equal.
+    Type(TypeId, Shape),
+    /// The address of a formula that they share.
+    Formula(*const ()),
 }
 
 /// A formula that is not finite, and the arguments that cause it.
@@ -112,6 +124,9 @@ impl Costs {
         let mut known = (!without_programs).then(Recorded::default);
         self.items.iter_mut().for_each(|item| item.prepare(at, known.as_mut()));
         self.arrange();
+        let mut known = HashSet::new();
+        let recorded = self.items.iter().enumerate().filter(|(_, item)| item.of.depends.is_some());
+        self.recorded = recorded.filter(|(_, item)| known.insert(same(item))).map(|(index, _)| index).collect();
     }
 
     /// # Errors
@@ -129,9 +144,9 @@ impl Costs {
         batch.first().map(|&index| &self.items[index])
     }
 
-    /// Adds the formulas of all recorded costs to a fingerprint.
+    /// Adds the formulas of all recorded costs to a fingerprint, each formula once.
     pub fn fingerprint(&self, sum: &mut Fingerprint) {
-        self.items.iter().for_each(|item| item.of.fingerprint(sum));
+        self.recorded.iter().for_each(|&index| self.items[index].of.fingerprint(sum));
     }
 
     /// The first cost that depends on other arguments now than when it was compiled.
@@ -194,6 +209,11 @@ impl Costs {
     }
 }
 
+fn same(PlacedCost { of, .. }: &PlacedCost) -> Same {
+    let address = Same::Formula(Arc::as_ptr(&of.formula).cast());
+    of.formula.only_value_of().map_or(address, |only| Same::Type(only, of.shape))
+}
+
 /// The items of a sorted list whose keys lie in a range.
 fn among<K: Ord>(list: &[(K, usize)], keys: Range<K>) -> &[(K, usize)] {
     let first = list.partition_point(|(key, _)| *key < keys.start);
@@ -206,7 +226,7 @@ mod tests {
     use super::*;
     use crate::Scalar;
     use crate::model::element::{ListCost, ListPoint};
-    use crate::system::Connections;
+    use crate::system::{Connections, CostOfLists};
 
     struct Nothing;
     impl ListCost for Nothing {
@@ -246,6 +266,27 @@ mod tests {
         };
         assert_eq!(batches(false), [vec![0, 2], vec![1, 4], vec![3]]);
         assert_eq!(batches(true), [[0], [1], [2], [3], [4]]);
+    }
+
+    struct Number(f64);
+    impl ListCost for Number {
+        fn cost<S: Scalar>(&self, _: &ListPoint<S>) -> S {
+            S::from(self.0)
+        }
+    }
+
+    #[test]
+    fn formulas_are_recorded_again_once_for_all_places_where_they_are() {
+        let (mut costs, shape) = (Costs::default(), Connections::default().shape());
+        let shared = CostOfLists::shared(Number(1.0), shape);
+        for node in 0..3 {
+            let sum = Sum::Node(node);
+            costs.push(PlacedCost::new(("without fields", node), (Nothing, sum), Connections::default()));
+            costs.push(PlacedCost::new(("with a field", node), (Number(node as f64), sum), Connections::default()));
+            costs.push(PlacedCost::of(("shared", node, sum), shared.clone(), Connections::default()));
+        }
+        costs.prepare(&NodeView::of_equations([&[]; 3], (&[], 0.0, &[])), false);
+        assert_eq!(costs.recorded, [0, 1, 2, 4, 7]);
     }
 
     #[test]

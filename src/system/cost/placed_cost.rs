@@ -49,20 +49,21 @@ pub(in crate::system) type Recorded = HashMap<(Shape, Vec<Slot>, Template), Opti
 
 impl PlacedCost {
     pub fn new((name, output): (&str, usize), (cost, sum): (impl ListCost, Sum), to: Connections) -> Self {
-        let shape = Shape { n: to.q.len(), m: to.sigma.len(), k: to.u.len(), p: to.b.len() };
-        Self::of_any((name, output, sum), Arc::new(CostOfLists { cost, shape }), to)
+        let shape = to.shape();
+        Self::of((name, output, sum), CostOfLists::shared(cost, shape), to)
     }
 
     /// A cost whose formula is a graph.
     #[cfg(feature = "files")]
     pub fn of_formula(what: (&str, usize, Sum), formula: Arc<GraphFormula>, to: Connections) -> Self {
-        let mut cost = Self::of_any(what, formula, to);
+        let mut cost = Self::of(what, formula, to);
         cost.of.is_graph = true;
         cost
     }
 
-    fn of_any((name, output, sum): (&str, usize, Sum), formula: Arc<dyn AnyCost>, to: Connections) -> Self {
-        let shape = Shape { n: to.q.len(), m: to.sigma.len(), k: to.u.len(), p: to.b.len() };
+    /// A cost whose formula others may share.
+    pub fn of((name, output, sum): (&str, usize, Sum), formula: Arc<dyn AnyCost>, to: Connections) -> Self {
+        let shape = to.shape();
         let (name, slots) = (name.to_string(), shape.of_cost().collect());
         let of = Placed { name, formula, shape, to, slots, depends: None, is_graph: false };
         let by_lengths = [Beside::Both, Beside::Before, Beside::After].map(|side| slopes(sum, side));

@@ -1,6 +1,6 @@
 //! [`Connections`]: the arguments of a formula in the numbering of the scene.
 
-use super::shape::{Argument, Slot};
+use super::shape::{Argument, Shape, Slot};
 use super::view::NodeView;
 use crate::Scalar;
 use crate::model::Param;
@@ -15,6 +15,11 @@ pub struct Connections {
 }
 
 impl Connections {
+    /// The lengths of the lists.
+    pub fn shape(&self) -> Shape {
+        Shape { n: self.q.len(), m: self.sigma.len(), k: self.u.len(), p: self.b.len() }
+    }
+
     /// The value of an argument at a node; zero if the node lacks the list, which then no formula depends on.
     #[inline]
     pub fn read<R: Scalar>(&self, at: &NodeView<R>, slot: Slot) -> R {

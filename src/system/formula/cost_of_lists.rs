@@ -1,5 +1,10 @@
 //! A cost behind a trait that hides its type.
 
+use std::any::TypeId;
+use std::sync::Arc;
+
+#[cfg(feature = "files")]
+use super::graph_formula::GraphFormula;
 use super::on_numbers::{List, Read, Recordable, Values, Wide, with_lists};
 use super::shape::{Shape, Slot};
 use crate::model::element::{ListCost, ListPoint};
@@ -10,6 +15,13 @@ use crate::{Cx, Scalar};
 pub struct CostOfLists<C> {
     pub cost: C,
     pub shape: Shape,
+}
+
+impl<C: ListCost> CostOfLists<C> {
+    /// The cost for any number of places in a scene.
+    pub fn shared(cost: C, shape: Shape) -> Arc<dyn AnyCost> {
+        Arc::new(CostOfLists { cost, shape })
+    }
 }
 
 impl<C: ListCost, S: Scalar> Values<S> for CostOfLists<C> {
@@ -35,6 +47,18 @@ impl<C: ListCost, S: Scalar> Values<S> for CostOfLists<C> {
 }
 
 /// A cost whose type is hidden.
-pub trait AnyCost: Values<Cx> + Values<Wide<f64>> + Values<Wide<Slope>> + Recordable {}
+pub trait AnyCost: Values<Cx> + Values<Wide<f64>> + Values<Wide<Slope>> + Recordable {
+    /// The type of the cost if its values are all equal, because they have no fields.
+    fn only_value_of(&self) -> Option<TypeId> {
+        None
+    }
+}
 
-impl<C: Values<Cx> + Values<Wide<f64>> + Values<Wide<Slope>> + Recordable> AnyCost for C {}
+impl<C: ListCost> AnyCost for CostOfLists<C> {
+    fn only_value_of(&self) -> Option<TypeId> {
+        (size_of::<C>() == 0).then(TypeId::of::<C>)
+    }
+}
+
+#[cfg(feature = "files")]
+impl AnyCost for GraphFormula {}

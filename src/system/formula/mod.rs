@@ -36,7 +36,7 @@ pub(crate) use applied::Applied;
 pub(in crate::system) use batch::{Batch, Batches};
 pub(in crate::system) use block::{Block, BlockEntry};
 pub(crate) use connections::Connections;
-pub(in crate::system) use cost_of_lists::{AnyCost, CostOfLists};
+pub(crate) use cost_of_lists::{AnyCost, CostOfLists};
 pub(in crate::system) use difference::RelativeEntry;
 pub(in crate::system) use differentiated::{Component, Formula, Kernels};
 pub(in crate::system) use element::Element;
