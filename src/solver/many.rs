@@ -60,6 +60,25 @@ pub(crate) fn each<I, W, T>(items: &[I], new_worker: impl Fn() -> W, one: impl F
     items.iter().map(|item| one(&mut worker, item)).collect()
 }
 
+/// The results for all items, with their indices, or the first error; with the feature `rayon` on all cores.
+///
+/// # Errors
+/// Those of `one`.
+#[cfg(feature = "rayon")]
+pub(crate) fn each_mut<I: Send, T: Send>(
+    items: &mut [I],
+    one: impl Fn(usize, &mut I) -> Result<T, Error> + Sync,
+) -> Result<Vec<T>, Error> {
+    use rayon::prelude::*;
+    let all: Vec<Result<T, Error>> = items.par_iter_mut().enumerate().map(|(k, item)| one(k, item)).collect();
+    all.into_iter().collect()
+}
+
+#[cfg(not(feature = "rayon"))]
+pub(crate) fn each_mut<I, T>(items: &mut [I], one: impl Fn(usize, &mut I) -> Result<T, Error>) -> Result<Vec<T>, Error> {
+    items.iter_mut().enumerate().map(|(k, item)| one(k, item)).collect()
+}
+
 #[cfg(all(test, feature = "rayon"))]
 mod tests {
     use super::*;

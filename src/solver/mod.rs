@@ -14,8 +14,8 @@ mod work;
 pub(crate) use ends::Asked;
 pub use lifted::LiftedSolver;
 pub use long::{LongSolver, State};
-pub(crate) use many::each;
 pub use many::gradients;
+pub(crate) use many::{each, each_mut};
 pub use mechanics::Mechanics;
 pub use stopped::Stopped;
 

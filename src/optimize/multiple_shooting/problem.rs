@@ -6,7 +6,7 @@ use std::collections::HashMap;
 use super::super::problem::{Interval, Problem};
 use super::super::segment::Segment;
 use super::MultipleShooting;
-use crate::solver::Asked;
+use crate::solver::{Asked, each_mut};
 use crate::{Error, Report, Warning};
 
 impl Problem for MultipleShooting {
@@ -169,11 +169,10 @@ impl MultipleShooting {
 
     fn try_segments(&mut self, x: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, Error> {
         let times = self.inputs_at(x).grid.times();
-        let of = |segment: &mut Segment| {
+        let found = each_mut(&mut self.segments, |_, segment| {
             let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
             segment.try_at(&own, times[segment.first])
-        };
-        let found = self.segments.iter_mut().map(of).collect::<Result<Vec<_>, Error>>()?;
+        })?;
         self.tried = x.to_vec();
         Ok(found)
     }

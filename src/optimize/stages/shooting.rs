@@ -4,11 +4,12 @@ use nalgebra::{DMatrix, DVector};
 
 use super::super::multiple_shooting::MultipleShooting;
 use super::super::problem::Problem;
+use super::super::segment::Segment;
 use super::layout::{Layout, Row};
 use super::method::Slopes;
 use super::problem::{Counts, Linear, Multipliers, Shape, Staged, Values};
 use crate::Error;
-use crate::solver::Asked;
+use crate::solver::{Asked, each_mut};
 
 /// The problem of multiple shooting, with its variables arranged in stages.
 pub(super) struct Segments<'p> {
@@ -147,22 +148,41 @@ impl Staged for Segments<'_> {
     }
 
     fn linearise(&mut self) -> Result<Vec<Linear>, Error> {
-        let states = self.at.shape.states;
-        let mut all = (0..self.at.places.len()).map(|k| self.linearise_segment(k)).collect::<Result<Vec<_>, Error>>()?;
-        let mut rows = DMatrix::zeros(self.at.ends.len(), states);
+        let of_all: Vec<Wanted> = (0..self.at.places.len()).map(|k| self.wanted(k)).collect();
+        let at = &self.at;
+        let mut all = each_mut(&mut self.of.segments, |k, segment| linearised((k, at), segment, &of_all[k]))?;
+        let mut rows = DMatrix::zeros(self.at.ends.len(), self.at.shape.states);
         self.at.ends.iter().enumerate().for_each(|(i, &(at, _))| rows[(i, at)] = 1.0);
-        all.push(Linear { gradient: DVector::zeros(states), dynamics: DMatrix::zeros(0, states), rows });
-        self.work.gradients += 1 + self.asked(0).len();
+        all.push(Linear { gradient: DVector::zeros(rows.ncols()), dynamics: DMatrix::zeros(0, rows.ncols()), rows });
+        self.work.gradients += 1 + of_all[0].asked.len();
         Ok(all)
     }
 
     fn hessians(&mut self, cost: f64, multipliers: &Multipliers) -> Result<Vec<DMatrix<f64>>, Error> {
-        let segments = 0..self.at.places.len();
-        let mut all = segments.map(|k| self.hessian(k, cost, multipliers)).collect::<Result<Vec<_>, Error>>()?;
+        let of_all: Vec<Weights> = (0..self.at.places.len()).map(|k| self.weights(k, cost, multipliers)).collect();
+        let at = &self.at;
+        let mut all = each_mut(&mut self.of.segments, |k, segment| hessian((k, at), segment, &of_all[k]))?;
         all.push(DMatrix::zeros(self.at.shape.states, self.at.shape.states));
         self.work.products += self.at.places[0].len();
         Ok(all)
     }
+}
+
+/// What is differentiated in a segment.
+struct Wanted {
+    /// Its continuous states, and its rows.
+    asked: Vec<Asked>,
+    /// Number of continuous states.
+    continuous: usize,
+    /// Weights of the outputs that are terms of the cost.
+    minimised: Vec<f64>,
+}
+
+/// The function of a segment whose Hessian is wanted.
+struct Weights {
+    cost: f64,
+    of_outputs: Vec<f64>,
+    of_end: Vec<f64>,
 }
 
 impl Segments<'_> {
@@ -172,65 +192,67 @@ impl Segments<'_> {
         (0..self.of.running.len()).map(|output| if is_term(output) { weight } else { 0.0 }).collect()
     }
 
-    /// What is differentiated in a segment: its continuous states, and its rows.
-    fn asked(&self, k: usize) -> Vec<Asked> {
-        let rows = self.at.rows[k].iter().map(|row| Asked::Output(row.output));
-        self.ends(k).into_iter().map(Asked::End).chain(rows).collect()
+    fn wanted(&self, k: usize) -> Wanted {
+        let (ends, rows) = (self.ends(k), self.at.rows[k].iter().map(|row| Asked::Output(row.output)));
+        let (continuous, minimised) = (ends.len(), self.minimised(k, 1.0));
+        Wanted { asked: ends.into_iter().map(Asked::End).chain(rows).collect(), continuous, minimised }
     }
 
-    fn linearise_segment(&mut self, k: usize) -> Result<Linear, Error> {
-        let ([state, controls, others], size) = (self.at.counts, self.at.shape.bounds[k].len());
-        let mut of = Linear {
-            gradient: DVector::zeros(size),
-            dynamics: DMatrix::zeros(self.at.shape.states, size),
-            rows: DMatrix::zeros(self.at.shape.rows[k].len(), size),
-        };
-        let (asked, weights, continuous) = (self.asked(k), self.minimised(k, 1.0), self.ends(k).len());
-        let (places, segment) = (&self.at.places[k], &mut self.of.segments[k]);
-        let mut gradient = vec![0.0; places.len()];
-        segment.gradient(1.0, (&weights, &[]), &mut gradient)?;
-        places.iter().zip(&gradient).for_each(|(&at, g)| of.gradient[at] = *g);
-        let mut jacobian = DMatrix::zeros(asked.len(), places.len());
-        segment.jacobian(&asked, &mut jacobian)?;
-        let mut local = 0;
-        for (i, row) in jacobian.row_iter().enumerate() {
-            let sum = if i < continuous { Some(i) } else { self.at.rows[k][i - continuous].sum };
-            let mut into = match sum {
-                Some(at) => of.dynamics.row_mut(at),
-                None => {
-                    local += 1;
-                    of.rows.row_mut(local - 1)
-                }
-            };
-            places.iter().zip(row.iter()).for_each(|(&at, x)| into[at] = *x);
-        }
-        let from = self.at.last_controls[k];
-        (0..controls).for_each(|c| of.dynamics[(state + c, from + c)] = 1.0);
-        let kept = (state + controls..state + controls + others).chain(self.at.ends.iter().map(|&(at, _)| at));
-        kept.for_each(|i| of.dynamics[(i, i)] = 1.0);
-        Ok(of)
-    }
-
-    fn hessian(&mut self, k: usize, cost: f64, multipliers: &Multipliers) -> Result<DMatrix<f64>, Error> {
-        let (size, mut weights) = (self.at.shape.bounds[k].len(), self.minimised(k, cost));
-        let costates = multipliers.costates[k].as_slice();
+    fn weights(&self, k: usize, cost: f64, multipliers: &Multipliers) -> Weights {
+        let (costates, mut of_outputs) = (multipliers.costates[k].as_slice(), self.minimised(k, cost));
         let mut of_end = vec![0.0; 3 * self.of.system().n()];
         self.ends(k).into_iter().zip(costates).for_each(|(entry, costate)| of_end[entry] += costate);
         let mut of_rows = multipliers.rows[k].iter();
         for row in &self.at.rows[k] {
             let of_row = row.sum.map_or_else(|| of_rows.next(), |at| costates.get(at));
-            weights[row.output] += of_row.unwrap_or(&0.0);
+            of_outputs[row.output] += of_row.unwrap_or(&0.0);
         }
-        let (places, segment) = (&self.at.places[k], &mut self.of.segments[k]);
-        let (mut direction, mut product) = (vec![0.0; places.len()], vec![0.0; places.len()]);
-        segment.gradient(cost, (&weights, &of_end), &mut product)?;
-        let mut hessian = DMatrix::zeros(size, size);
-        for (i, &at) in places.iter().enumerate() {
-            direction[i] = 1.0;
-            segment.product(&direction, &mut product)?;
-            direction[i] = 0.0;
-            places.iter().zip(&product).for_each(|(&row, x)| hessian[(row, at)] = *x);
-        }
-        Ok(0.5 * (&hessian + hessian.transpose()))
+        Weights { cost, of_outputs, of_end }
     }
+}
+
+fn linearised((k, at): (usize, &Layout), segment: &mut Segment, wanted: &Wanted) -> Result<Linear, Error> {
+    let ([state, controls, others], size) = (at.counts, at.shape.bounds[k].len());
+    let mut of = Linear {
+        gradient: DVector::zeros(size),
+        dynamics: DMatrix::zeros(at.shape.states, size),
+        rows: DMatrix::zeros(at.shape.rows[k].len(), size),
+    };
+    let places = &at.places[k];
+    let mut gradient = vec![0.0; places.len()];
+    segment.gradient(1.0, (&wanted.minimised, &[]), &mut gradient)?;
+    places.iter().zip(&gradient).for_each(|(&at, g)| of.gradient[at] = *g);
+    let mut jacobian = DMatrix::zeros(wanted.asked.len(), places.len());
+    segment.jacobian(&wanted.asked, &mut jacobian)?;
+    let mut local = 0;
+    for (i, row) in jacobian.row_iter().enumerate() {
+        let sum = if i < wanted.continuous { Some(i) } else { at.rows[k][i - wanted.continuous].sum };
+        let mut into = match sum {
+            Some(at) => of.dynamics.row_mut(at),
+            None => {
+                local += 1;
+                of.rows.row_mut(local - 1)
+            }
+        };
+        places.iter().zip(row.iter()).for_each(|(&at, x)| into[at] = *x);
+    }
+    let from = at.last_controls[k];
+    (0..controls).for_each(|c| of.dynamics[(state + c, from + c)] = 1.0);
+    let kept = (state + controls..state + controls + others).chain(at.ends.iter().map(|&(at, _)| at));
+    kept.for_each(|i| of.dynamics[(i, i)] = 1.0);
+    Ok(of)
+}
+
+fn hessian((k, at): (usize, &Layout), segment: &mut Segment, of: &Weights) -> Result<DMatrix<f64>, Error> {
+    let (size, places) = (at.shape.bounds[k].len(), &at.places[k]);
+    let (mut direction, mut product) = (vec![0.0; places.len()], vec![0.0; places.len()]);
+    segment.gradient(of.cost, (&of.of_outputs, &of.of_end), &mut product)?;
+    let mut hessian = DMatrix::zeros(size, size);
+    for (i, &at) in places.iter().enumerate() {
+        direction[i] = 1.0;
+        segment.product(&direction, &mut product)?;
+        direction[i] = 0.0;
+        places.iter().zip(&product).for_each(|(&row, x)| hessian[(row, at)] = *x);
+    }
+    Ok(0.5 * (&hessian + hessian.transpose()))
 }
