@@ -77,6 +77,39 @@ fn a_moved_target_takes_a_few_iterations() {
     }
 }
 
+/// h = x.
+struct Place;
+
+impl Cost<1> for Place {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[0]
+    }
+}
+
+#[test]
+fn limits_at_all_nodes_remain_active() {
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    cart.scene.effort("effort", cart.force, 1e-4);
+    let rail = cart.scene.outputs_at("rail", Place, 0..=100, [cart.cart.coordinates[0]], [], [], []);
+    let place = cart.scene.end_state(cart.cart.coordinates[0]);
+    let angle = cart.scene.end_state(cart.links[0].coordinates[2]);
+    let system = cart.scene.compile().expect("a system");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+    let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain_all(&rail, Interval::new(-0.4, 0.4));
+    problem.constrain(place.rate, Interval::ZERO);
+    problem.constrain(angle.position, Interval::equal(FRAC_PI_2));
+    problem.constrain(angle.rate, Interval::ZERO);
+    let (mut before, _) = solved(&mut problem, Guess::Straight);
+    let active = rail.iter().filter(|of| before.constraints[of.index()].abs() > 0.4 - 1e-4).count();
+    assert!(active >= 2, "{active} nodes at the ends of the rail");
+    for by in [0.0, 1e-4, 1e-3] {
+        problem.constrain(angle.position, Interval::equal(FRAC_PI_2 + by));
+        before = assert_near(&mut problem, &before, 5);
+    }
+}
+
 #[test]
 fn bounds_and_starts_may_change() {
     let (mut problem, _) = bounded(2, 40.0);
@@ -240,16 +273,6 @@ fn pulled([stiffness, velocity, limit, longest]: [f64; 4], is_timed: bool) -> Mo
     problem.constrain_all(&places, Interval::at_most(1.02));
     problem.constrain(places[19], Interval::at_most(limit));
     problem
-}
-
-/// h = x.
-#[derive(Clone)]
-struct Place;
-
-impl Cost<1> for Place {
-    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
-        at.q[0]
-    }
 }
 
 #[test]

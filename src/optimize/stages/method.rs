@@ -14,6 +14,9 @@ const USUAL: f64 = 100.0;
 /// The largest entry of the gradient of the cost at the start lies between these after scaling.
 const GRADIENT: [f64; 2] = [1e-2, 1.0];
 
+/// The first μ is the last one if it would not be larger by more than this factor.
+const CLOSE: f64 = 10.0;
+
 /// A row with an inequality.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
@@ -40,10 +43,12 @@ pub(super) struct Method<'p> {
     pub shift: f64,
 }
 
-/// The first μ, and slopes of the Lagrangian if the start is near a minimum.
-pub(super) struct Start {
-    pub mu: f64,
-    pub slopes: Option<Slopes>,
+/// What is known of the start.
+pub(super) enum Start {
+    /// Nothing; the first μ.
+    Far(f64),
+    /// It is near a minimum with these slopes of the Lagrangian; the smallest and the largest first μ.
+    Near(Slopes, [f64; 2]),
 }
 
 /// Derivatives of the Lagrangian, without the multipliers of bounds, by the variables v and by the slacks of rows.
@@ -64,7 +69,7 @@ impl<'p> Method<'p> {
     ///
     /// # Errors
     /// A point without values or derivatives.
-    pub(super) fn new(problem: &'p mut dyn Staged, v: &[DVector<f64>], near: &Start) -> Result<Self, Error> {
+    pub(super) fn new(problem: &'p mut dyn Staged, v: &[DVector<f64>], start: &Start) -> Result<Self, Error> {
         let shape = problem.shape();
         let mut first = vec![0];
         first.extend(shape.bounds.iter().scan(0, |end, of| {
@@ -90,7 +95,7 @@ impl<'p> Method<'p> {
             scale: 1.0,
             shift: 0.0,
         };
-        method.restart(v, near)?;
+        method.restart(v, start)?;
         Ok(method)
     }
 
@@ -98,7 +103,7 @@ impl<'p> Method<'p> {
     ///
     /// # Errors
     /// A point without values or derivatives.
-    pub(super) fn restart(&mut self, v: &[DVector<f64>], near: &Start) -> Result<(), Error> {
+    pub(super) fn restart(&mut self, v: &[DVector<f64>], start: &Start) -> Result<(), Error> {
         let shape = self.problem.shape();
         let of_rows = self.inequalities.iter().map(|at| shape.rows[at.stage][at.row]);
         let bounds: Vec<Interval> = shape.bounds.iter().flatten().copied().chain(of_rows).collect();
@@ -106,39 +111,45 @@ impl<'p> Method<'p> {
         y.iter_mut().zip(&bounds).for_each(|(y, of)| *y = of.nearest(*y));
         self.barrier = Barrier::of(bounds);
         self.barrier.unit = y.iter().fold(1.0f64, |most, x| most.max(x.abs()));
-        if near.slopes.is_none() {
-            self.barrier.move_variables(&mut y, INSIDE.min(near.mu));
+        if let Start::Far(mu) = start {
+            self.barrier.move_variables(&mut y, INSIDE.min(*mu));
         }
         (self.y, self.scale, self.shift) = (y, 1.0, 0.0);
         self.multipliers = Multipliers::zeros(shape);
-        self.begin()?;
-        match &near.slopes {
+        self.begin(matches!(start, Start::Far(_)))?;
+        match start {
             _ if !self.barrier.is_there() => Ok(()),
-            None => {
-                self.barrier.set(near.mu, &self.y);
+            Start::Far(mu) => {
+                self.barrier.set(*mu, &self.y);
                 Ok(())
             }
-            Some(slopes) => self.begin_near(near.mu, slopes),
+            Start::Near(slopes, mu) => self.begin_near(slopes, *mu),
         }
     }
 
     /// Moves the start to where complementarity holds for these slopes of the Lagrangian.
-    fn begin_near(&mut self, mu: f64, slopes: &Slopes) -> Result<(), Error> {
+    fn begin_near(&mut self, slopes: &Slopes, [least, most]: [f64; 2]) -> Result<(), Error> {
         let of_slack = |at: &Place| slopes.rows[at.stage][at.row];
         let all = slopes.variables.iter().flat_map(|of| of.iter().copied()).chain(self.inequalities.iter().map(of_slack));
         let scaled: Vec<f64> = all.map(|g| self.scale * g).collect();
+        // Bounds whose distance and multiplier are of the size of the change may become active.
+        let wanted = self.violation().powi(2);
+        let mu = if wanted > CLOSE * least { wanted.min(most) } else { least };
         self.barrier.begin_near(mu, &scaled, &mut self.y);
         self.evaluate_with_copies()?;
         self.linear = self.problem.linearise()?;
         Ok(())
     }
 
-    /// Computes values, slacks, derivatives and the factor of the cost at the start.
-    fn begin(&mut self) -> Result<(), Error> {
+    /// Computes values, slacks, derivatives and the factor of the cost at the start. If it is far from a minimum, slacks are moved inside their
+    /// bounds.
+    fn begin(&mut self, is_far: bool) -> Result<(), Error> {
         self.evaluate_with_copies()?;
         let slacks: Vec<f64> = self.inequalities.iter().map(|at| self.values.rows[at.stage][at.row]).collect();
         self.y.extend(slacks);
-        self.barrier.move_slacks(self.slack(0), &mut self.y);
+        if is_far {
+            self.barrier.move_slacks(self.slack(0), &mut self.y);
+        }
         self.linear = self.problem.linearise()?;
         let steepest = self.linear.iter().fold(0.0f64, |most, of| most.max(of.gradient.amax()));
         if steepest > 0.0 {

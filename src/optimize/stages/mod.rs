@@ -24,7 +24,7 @@ use method::{Method, Start};
 use nalgebra::DVector;
 use near::Near;
 use problem::{Counts, Multipliers, Staged};
-use run::{FIRST_MU, NEAR_MU, Run};
+use run::{FIRST_MU, NEAR_MU, Run, least_mu};
 pub(super) use sensitivity::{Change, derivatives};
 use shooting::Segments;
 
@@ -109,7 +109,7 @@ fn run(
     let mut run = Run::new(options, watch);
     let (mut v, mut reason) = (segments.point(start), Reason::NoStart);
     let mut multipliers = Multipliers::zeros(segments.shape());
-    let begin = segments.begin(near);
+    let begin = segments.begin(near, options);
     let mut distance;
     let begun = match (segments.with_sums(&mut v), cost) {
         (Err(error), _) => Err(error),
@@ -163,10 +163,10 @@ fn run(
 
 impl Segments<'_> {
     /// The beginning of the method, near a minimum of a similar problem if there is one.
-    fn begin(&self, near: Option<&Nearby>) -> Start {
+    fn begin(&self, near: Option<&Nearby>, options: &Options) -> Start {
         match near {
-            None => Start { mu: FIRST_MU, slopes: None },
-            Some(near) => Start { mu: NEAR_MU, slopes: Some(self.slopes(&near.slopes, &near.multipliers)) },
+            None => Start::Far(FIRST_MU),
+            Some(near) => Start::Near(self.slopes(&near.slopes, &near.multipliers), [least_mu(options), NEAR_MU]),
         }
     }
 }

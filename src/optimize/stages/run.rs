@@ -14,7 +14,7 @@ const LESS: f64 = 0.2;
 const POWER: f64 = 1.5;
 const SOLVED: f64 = 10.0;
 const LAST_MU: f64 = 1.0 / 11.0;
-/// The first μ near a minimum of a similar problem.
+/// The largest first μ near a minimum of a similar problem.
 pub(super) const NEAR_MU: f64 = 1e-6;
 /// Multipliers are estimated again after steps shorter than this, shifts above this, or above this size of multipliers: they, the Hessian and
 /// its shift would otherwise increase each other.
@@ -36,6 +36,11 @@ const PATIENCE: usize = 80;
 /// Number of iterations over which all violations exceed a fraction of the first if the violation has stopped decreasing; and this fraction.
 const STUCK_FOR: usize = 40;
 const STUCK: f64 = 0.9;
+
+/// The last μ.
+pub(super) fn least_mu(options: &Options) -> f64 {
+    options.stationarity * LAST_MU
+}
 
 /// The state of a run apart from the point.
 pub(super) struct Run<'o, 'w> {
@@ -169,7 +174,7 @@ impl<'o, 'w> Run<'o, 'w> {
 
     /// Reduces μ as far as errors allow; true if it changed.
     pub(super) fn lower_barrier(&self, method: &mut Method<'_>) -> bool {
-        let (least, before) = (self.options.stationarity * LAST_MU, method.barrier.mu);
+        let (least, before) = (least_mu(self.options), method.barrier.mu);
         while method.barrier.mu > least {
             let mu = method.barrier.mu;
             let errors = method.errors(mu);

@@ -61,7 +61,7 @@ pub(in super::super) fn derivatives(
     let mut segments = Segments::new(problem);
     let mut v = segments.point(start);
     segments.with_sums(&mut v)?;
-    let begin = segments.begin(Some(near));
+    let begin = segments.begin(Some(near), options);
     let places: Vec<Place> = changes.iter().map(|change| segments.place(*change)).collect();
     let mut method = Method::new(&mut segments, &v, &begin)?;
     let mut watch = silent;
