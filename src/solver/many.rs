@@ -70,8 +70,19 @@ pub(crate) fn each_mut<I: Send, T: Send>(
     one: impl Fn(usize, &mut I) -> Result<T, Error> + Sync,
 ) -> Result<Vec<T>, Error> {
     use rayon::prelude::*;
-    let all: Vec<Result<T, Error>> = items.par_iter_mut().enumerate().map(|(k, item)| one(k, item)).collect();
-    all.into_iter().collect()
+    use std::sync::OnceLock;
+
+    // After an interruption, no further item is begun; other errors do not stop the items before.
+    let interruption = OnceLock::new();
+    let unless_interrupted = |(k, item): (usize, &mut I)| {
+        let result = interruption.get().map_or_else(|| one(k, item), |error: &Error| Err(error.clone()));
+        if let Err(error @ Error::Interrupted { .. }) = &result {
+            interruption.get_or_init(|| error.clone());
+        }
+        result
+    };
+    let all: Vec<Result<T, Error>> = items.par_iter_mut().enumerate().map(unless_interrupted).collect();
+    interruption.into_inner().map_or_else(|| all.into_iter().collect(), Err)
 }
 
 #[cfg(not(feature = "rayon"))]

@@ -132,12 +132,12 @@ fn places(rows: &[usize]) -> HashMap<usize, usize> {
 }
 
 impl MultipleShooting {
-    /// The cost and the outputs of every segment.
+    /// The cost and the outputs of every segment, with the feature `rayon` on all cores.
     ///
     /// # Errors
     /// A segment without a motion.
     pub(in super::super) fn evaluate_segments(&mut self, x: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, Error> {
-        let found = self.try_segments(x)?;
+        let found = self.try_segments(x, true)?;
         self.settle();
         Ok(found)
     }
@@ -150,7 +150,7 @@ impl MultipleShooting {
         self.sizes().values(x, c)?;
         c.fill(0.0);
         let mut sum = 0.0;
-        for (k, (cost, found)) in self.try_segments(x)?.into_iter().enumerate() {
+        for (k, (cost, found)) in self.try_segments(x, false)?.into_iter().enumerate() {
             sum += cost;
             self.rows(k).for_each(|output| c[output] += found[output]);
             let end = self.segments[k].motion.solver.end();
@@ -167,12 +167,18 @@ impl MultipleShooting {
         self.inputs = self.inputs_at(&self.tried);
     }
 
-    fn try_segments(&mut self, x: &[f64]) -> Result<Vec<(f64, Vec<f64>)>, Error> {
+    /// Computes all segments, one after the other or several at once.
+    fn try_segments(&mut self, x: &[f64], is_parallel: bool) -> Result<Vec<(f64, Vec<f64>)>, Error> {
         let times = self.inputs_at(x).grid.times();
-        let found = each_mut(&mut self.segments, |_, segment| {
+        let of = |segment: &mut Segment| {
             let own: Vec<f64> = segment.places.iter().map(|&at| x[at]).collect();
             segment.try_at(&own, times[segment.first])
-        })?;
+        };
+        let found = match is_parallel {
+            true => each_mut(&mut self.segments, |_, segment| of(segment))?,
+            // Reports of progress come in order.
+            false => self.segments.iter_mut().map(of).collect::<Result<Vec<_>, Error>>()?,
+        };
         self.tried = x.to_vec();
         Ok(found)
     }

@@ -35,6 +35,8 @@ use shooting::Segments;
 /// further state of all segments. `Options::stationarity` is absolute, for variables as scaled by [`Free::scaled`](super::Free::scaled) and for f
 /// multiplied by a factor with which the largest entry of its gradient at the start is between 0.01 and 1.
 ///
+/// With the feature `rayon`, segments are computed on all cores; the outcome is the same, but reports of progress do not come in order.
+///
 /// If steps along lines fail, the method restarts within a trust region, from the start or, if it is almost feasible, from the last point; the
 /// history contains both. A run ends as [`Reason::Infeasible`] only if the sum of squares of all violations, including those of continuity, is
 /// stationary.
