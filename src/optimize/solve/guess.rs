@@ -56,7 +56,7 @@ pub struct Search {
     /// The guess of the states.
     pub guess: Guess,
     /// The number of starts, at least 1: the first with the inputs of the problem, the others with random controls and durations, and with random
-    /// sines added to the guess.
+    /// sines added to the guess; one of four begins near the best minimum found before.
     pub starts: usize,
     /// The wanted accuracy of the continuous motion, if any; see [`accurate_to`](Self::accurate_to).
     pub accuracy: Option<f64>,

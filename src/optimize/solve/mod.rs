@@ -19,9 +19,9 @@ pub use guess::{Guess, Search};
 pub use sensitivity::{Parameter, Sensitivity, sensitivities};
 pub use solved::{Attempt, Solved};
 use starts::Starts;
-use ways::{from_start, is_solved};
+use ways::{from_start, is_solved, settles_at};
 
-/// Number of starts that are tried together, and of starts that must lead to the best value until no others are tried.
+/// Number of starts that are tried together, and of starts that must lead to the best value, not from near it, until no others are tried.
 const TOGETHER: usize = 4;
 const AGAIN: usize = 6;
 /// Relative difference of values that are the same.
@@ -36,8 +36,9 @@ const ALIKE: f64 = 1e-4;
 ///
 /// If the duration is free, a feasible motion with about the duration of the start is sought first, without the bounds of the controls.
 ///
-/// If a [`Search`] has several starts, the others have random controls, durations and guesses, and the lowest minimum is returned. With the
-/// feature `rayon` they run on all cores; the outcome is the same. No further start is tried once several led to the lowest minimum.
+/// If a [`Search`] has several starts, the others have random controls, durations and guesses, and the lowest minimum is returned. One of four
+/// begins near the best minimum found before. With the feature `rayon` they run on all cores; the outcome is the same. No further start is tried
+/// once several of the others led to the lowest minimum.
 ///
 /// [`Warning::Inaccurate`](crate::Warning::Inaccurate) in the outcome says that steps are too long for the minimum found. If an accuracy is wanted
 /// ([`Search::accurate_to`]), the problem is solved again with smaller errors of the grid.
@@ -108,20 +109,25 @@ fn from_all_starts(
     let others: Vec<usize> = (1..starts).collect();
     for some in others.chunks(TOGETHER) {
         let known = value(&best.outcome).is_finite().then_some(&best.outcome);
+        let states = known.filter(|_| *guess != Guess::Inputs).and_then(|known| states(problem, known));
         let found = each(
             some,
             || (),
             |(), &start| {
+                let near = states.as_ref().filter(|_| Starts::is_near(start));
                 let mut own = random.problem(start, known)?;
-                from_start(&mut own, guess, (options, start), &mut silent)
+                let found = from_start(&mut own, near.unwrap_or(guess), (options, start), &mut silent)?;
+                Ok::<_, Error>((found, near.is_some()))
             },
         );
         let mut is_interrupted = false;
         for found in found {
-            let Solved { outcome, attempts } = found?;
+            let (Solved { outcome, attempts }, is_near) = found?;
             is_interrupted |= outcome.is_interrupted();
             best.attempts.extend(attempts);
-            values.push(value(&outcome));
+            if !is_near {
+                values.push(value(&outcome));
+            }
             if value(&outcome) < value(&best.outcome) {
                 best.outcome = outcome;
             }
@@ -137,6 +143,13 @@ fn from_all_starts(
     }
     problem.settle_at(&best.outcome.x);
     Ok(best)
+}
+
+/// The states of a minimum, as a guess; `None` if they cannot be computed.
+fn states(problem: &mut MotionProblem, of: &Outcome) -> Option<Guess> {
+    settles_at(problem, &of.x).ok()?;
+    let motion = problem.solver.trajectory();
+    Some(Guess::States { q: motion.q.clone(), v: motion.v.clone() })
 }
 
 /// J of a minimum; infinite for other outcomes, also for segments that meet but violate the constraints as a single motion.

@@ -18,6 +18,8 @@ const BOUNDED: f64 = 0.4;
 /// Random durations relative to that of the best outcome, or to the given one, as powers of 2: from much shorter to somewhat longer ones, because
 /// the way to a shorter motion is often through infeasible ones, and the way from a longer one is not.
 const OCTAVES: [f64; 2] = [-0.75, 0.25];
+/// One of so many starts begins near the best outcome.
+const EVERY: usize = 4;
 /// Number of sines that bend a guess, and their largest coefficient, relative to the largest change of a coordinate.
 const BENDS: usize = 3;
 const BENT: f64 = 0.5;
@@ -39,13 +41,19 @@ impl Starts {
         Starts { of: problem.statement(), start: problem.start(), size }
     }
 
-    /// The problem with start number `which`; durations are around those of the best outcome, if there is one.
+    /// True if start number `which` is near the best outcome.
+    pub(super) fn is_near(which: usize) -> bool {
+        which.is_multiple_of(EVERY)
+    }
+
+    /// The problem with start number `which`. Durations are around that of the best outcome, if there is one, and if the start is near it, controls, too.
     ///
     /// # Errors
     /// Inputs that do not fit.
     pub(super) fn problem(&self, which: usize, best: Option<&Outcome>) -> Result<MotionProblem, Error> {
         let (variables, around) = (&self.of.variables, best.map_or(&self.start, |best| &best.x));
-        let (mut x, bounds, mut random) = (self.start.clone(), variables.bounds(), Random::new(which as u64));
+        let from = if Self::is_near(which) { around } else { &self.start };
+        let (mut x, bounds, mut random) = (from.clone(), variables.bounds(), Random::new(which as u64));
         for range in controls(variables) {
             let (steps, within) = ((range.len() - 1).max(1) as f64, bounds[range.start]);
             let half = 0.5 * (within.most - within.least);
@@ -96,4 +104,40 @@ fn controls(variables: &Variables) -> impl Iterator<Item = std::ops::Range<usize
         matches!(quantity, Control(_) | LinearControl(..) | PiecewiseControl(..) | SplineControl(..))
     };
     variables.parts().filter(move |(free, _)| is_control(&free.quantity)).map(|(_, range)| range)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::{Free, Options, interior_point, silent};
+    use super::*;
+    use crate::{Grid, Inputs, Settings, scenes::CartPendulum};
+
+    #[test]
+    fn one_of_four_starts_begins_near_the_best_outcome() {
+        let mut cart = CartPendulum::with_links(1).mechanism();
+        cart.scene.effort("effort", cart.force, 1e-4);
+        let rate = cart.scene.end_state(cart.cart.coordinates[0]).rate;
+        let system = cart.scene.compile().expect("a system");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.02));
+        let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force)]).expect("free");
+        let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+        problem.constrain(rate, Interval::equal(1.0));
+        let start = problem.start();
+        let best = interior_point(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+        assert!(best.reason.is_converged(), "{best}");
+        problem.settle_at(&start);
+        let starts = Starts::new(&problem, &best);
+        // The same random controls are added to those of the best outcome, or to none.
+        let added = |which: usize, best: Option<&Outcome>, to: &[f64]| {
+            let x = starts.problem(which, best).expect("fits").start();
+            x.iter().zip(to).map(|(x, of)| x - of).collect::<Vec<f64>>()
+        };
+        for which in 1..=8 {
+            let near = added(which, Some(&best), if which % 4 == 0 { &best.x } else { &start });
+            let far = added(which, None, &start);
+            let off = near.iter().zip(&far).fold(0.0f64, |most, (a, b)| most.max((a - b).abs()));
+            let size = far.iter().fold(0.0f64, |most, x| most.max(x.abs()));
+            assert!(size > 0.0 && off < 1e-12 * size, "{which}: {off:.1e} of {size:.1e}");
+        }
+    }
 }
