@@ -55,7 +55,7 @@ def rail(q, v, u):
 def limits(q):
     """Elbow and tip of the arm at a node, with their largest and least values."""
     tip = sum(length * ca.cos(q[k]) for k, (length, _) in enumerate(ARM))
-    return [(q[1] - q[0], -0.4, 0.4), (tip, -np.inf, 0.9)]
+    return [(q[2] - q[1], -0.4, 0.4), (tip, -np.inf, 0.9)]
 
 
 def stays(q):

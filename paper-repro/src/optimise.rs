@@ -37,7 +37,8 @@ pub struct Options {
     /// Problems to solve [default: all]
     #[arg(long = "problem", value_enum, value_name = "NAME")]
     problems: Vec<Name>,
-    /// Solve each problem from so many starts with random controls, too, and search for the shortest times from 40 starts
+    /// Solve each problem from so many starts with random controls, too, and search for the shortest times and for motions of the arm from 40
+    /// starts
     #[arg(long, value_name = "N", default_value_t = 0)]
     starts: usize,
 }
@@ -91,6 +92,7 @@ pub fn run(options: &Options, folder: &Path) -> Result<bool, Error> {
             Name::Paper => &[LBFGS, LEAST_SQUARES, INTERIOR],
             Name::RestSooner => &[SOLVE, INTERIOR, HOMOTOPY, AUGMENTED],
             Name::Time | Name::TimeRest if options.starts > 0 => &[SOLVE, SEARCH, INTERIOR, AUGMENTED],
+            Name::Arm | Name::ArmLimits if options.starts > 0 => &[SOLVE, SEARCH],
             Name::Periodic => &[INTERIOR, AUGMENTED],
             _ if name.is_cart() => &[SOLVE, INTERIOR, AUGMENTED],
             _ => &[SOLVE],

@@ -13,7 +13,7 @@ use super::problems::Posed;
 const LINKS: [(f64, f64); 3] = [(0.5, 2.0), (0.5, 1.5), (0.4, 1.0)];
 /// s.
 const DURATION: f64 = 1.5;
-/// The largest angle between the first two links, rad, and the largest distance of the tip from the first joint to the right, m.
+/// The largest angle between the last two links, rad, and the largest distance of the tip from the first joint to the right, m.
 const ELBOW: f64 = 0.4;
 const REACH: f64 = 0.9;
 
@@ -60,7 +60,7 @@ pub fn pose(is_limited: bool) -> Result<Posed, MotionError> {
     let mut constraints: Vec<(Output, Interval)> = of_end.collect();
     if is_limited {
         let ([first, second, third], nodes) = ([angles[0], angles[1], angles[2]], 0..=steps);
-        let elbow = scene.outputs_at("elbow", Between, nodes.clone(), [first, second], [], [], []);
+        let elbow = scene.outputs_at("elbow", Between, nodes.clone(), [second, third], [], [], []);
         let tip = scene.outputs_at("tip", Tip, nodes, [first, second, third], [], [], []);
         constraints.extend(elbow.into_iter().map(|elbow| (elbow, Interval::new(-ELBOW, ELBOW))));
         constraints.extend(tip.into_iter().map(|tip| (tip, Interval::at_most(REACH))));
