@@ -60,10 +60,10 @@ pub(crate) fn each<I, W, T>(items: &[I], new_worker: impl Fn() -> W, one: impl F
     items.iter().map(|item| one(&mut worker, item)).collect()
 }
 
-/// The results for all items, with their indices, or the first error; with the feature `rayon` on all cores.
+/// The results of a function of the index and the item for all items; with the feature `rayon` on all cores.
 ///
 /// # Errors
-/// Those of `one`.
+/// The first error that the function returns; with the feature `rayon`, an interruption rather than any other error.
 #[cfg(feature = "rayon")]
 pub(crate) fn each_mut<I: Send, T: Send>(
     items: &mut [I],

@@ -127,7 +127,7 @@ mod tests {
         assert!(best.reason.is_converged(), "{best}");
         problem.settle_at(&start);
         let starts = Starts::new(&problem, &best);
-        // The same random controls are added to those of the best outcome, or to none.
+        // Random controls do not depend on the controls to which they are added.
         let added = |which: usize, best: Option<&Outcome>, to: &[f64]| {
             let x = starts.problem(which, best).expect("fits").start();
             x.iter().zip(to).map(|(x, of)| x - of).collect::<Vec<f64>>()

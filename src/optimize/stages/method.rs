@@ -43,11 +43,11 @@ pub(super) struct Method<'p> {
     pub shift: f64,
 }
 
-/// What is known of the start.
+/// A start far from any known minimum, or near one.
 pub(super) enum Start {
-    /// Nothing; the first μ.
+    /// Far from any known minimum: the first μ.
     Far(f64),
-    /// It is near a minimum with these slopes of the Lagrangian; the smallest and the largest first μ.
+    /// Near a minimum: the slopes of its Lagrangian, and the smallest and the largest first μ.
     Near(Slopes, [f64; 2]),
 }
 

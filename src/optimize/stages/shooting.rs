@@ -168,9 +168,9 @@ impl Staged for Segments<'_> {
     }
 }
 
-/// What is differentiated in a segment.
+/// The functions of a segment that are differentiated once.
 struct Wanted {
-    /// Its continuous states, and its rows.
+    /// The continuous states at the end of the segment, then its constrained outputs.
     asked: Vec<Asked>,
     /// Number of continuous states.
     continuous: usize,

@@ -31,7 +31,7 @@ pub struct Costs {
     recorded: Vec<usize>,
 }
 
-/// What costs with the same formula have in common.
+/// A key that is equal for costs with the same formula.
 #[derive(PartialEq, Eq, Hash)]
 enum Same {
     /// A type of which all values are equal.
@@ -209,6 +209,7 @@ impl Costs {
     }
 }
 
+/// The key of the formula of a cost.
 fn same(PlacedCost { of, .. }: &PlacedCost) -> Same {
     let address = Same::Formula(Arc::as_ptr(&of.formula).cast());
     of.formula.only_value_of().map_or(address, |only| Same::Type(only, of.shape))
