@@ -10,6 +10,8 @@ pub(super) const INSIDE: f64 = 1e-2;
 pub(super) const TO_BOUND: f64 = 0.995;
 /// Largest distance to which a start near a bound is moved, relative to the distance between the bounds.
 const NEAREST_MIDDLE: f64 = 0.4;
+/// A variable is close to a bound if its distance is below this fraction of the size of the bound or of the distance between the bounds.
+const BESIDE: f64 = 5e-3;
 /// Largest factor between the multiplier of a bound and μ/distance.
 const NEAR: f64 = 1e10;
 /// Largest number of Newton iterations for a minimum between two bounds, and their tolerance relative to the distance from the bounds.
@@ -44,10 +46,14 @@ impl Barrier {
 
     /// Moves variables inside their bounds by a fraction `share`.
     pub(super) fn move_variables(&self, x: &mut [f64], share: f64) {
-        let size = |bound: f64| if bound == 0.0 { self.unit } else { bound.abs() };
         x.iter_mut()
             .zip(&self.bounds)
-            .for_each(|(x, of)| move_inside(x, of, |bound| share * size(bound).min(of.most - of.least)));
+            .for_each(|(x, of)| move_inside(x, of, |bound| share * self.size(bound).min(of.most - of.least)));
+    }
+
+    /// The size of a bound, or `unit` if it is 0.
+    fn size(&self, bound: f64) -> f64 {
+        if bound == 0.0 { self.unit } else { bound.abs() }
     }
 
     /// Moves slacks, the entries of y after n variables, inside their bounds.
@@ -73,16 +79,28 @@ impl Barrier {
         }
     }
 
-    /// Sets μ, moves y away from the bounds towards which a gradient of the Lagrangian pushes it, to the distances where complementarity holds with
-    /// this μ, and sets the corresponding multipliers.
-    pub(super) fn begin_near(&mut self, mu: f64, gradient: &[f64], y: &mut [f64]) {
-        for ((y, of), g) in y.iter_mut().zip(&self.bounds).zip(gradient) {
-            let room = NEAREST_MIDDLE * (of.most - of.least);
-            // Near a bound that does not push, distance and multiplier are alike.
-            let wanted = |force: f64| (mu / force.max(mu.sqrt())).min(room);
-            if !of.is_equality() {
-                *y = y.max(of.least + wanted(*g)).min(of.most - wanted(-g));
+    /// Sets μ, moves y to the distances from bounds where complementarity holds with this μ and a gradient of the Lagrangian, and sets the corresponding
+    /// multipliers. Away from bounds everything is moved; towards them, slacks (the entries of y from `slacks` on) and variables close to them are,
+    /// so that they follow a bound that has changed.
+    pub(super) fn begin_near(&mut self, mu: f64, gradient: &[f64], (slacks, y): (usize, &mut [f64])) {
+        let pushes = mu.sqrt();
+        for (i, ((y, of), g)) in y.iter_mut().zip(&self.bounds).zip(gradient).enumerate() {
+            if of.is_equality() {
+                continue;
             }
+            let width = of.most - of.least;
+            // Near a bound that does not push, distance and multiplier are alike.
+            let wanted = |force: f64| (mu / force.max(pushes)).min(NEAREST_MIDDLE * width);
+            let follows = |bound: f64, force: f64| {
+                force > pushes && (i >= slacks || (*y - bound).abs() < BESIDE * self.size(bound).min(width))
+            };
+            *y = if follows(of.least, *g) {
+                of.least + wanted(*g)
+            } else if follows(of.most, -g) {
+                of.most - wanted(-g)
+            } else {
+                y.max(of.least + wanted(*g)).min(of.most - wanted(-g))
+            };
         }
         self.set(mu, y);
     }

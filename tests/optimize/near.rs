@@ -108,6 +108,10 @@ fn limits_at_all_nodes_remain_active() {
         problem.constrain(angle.position, Interval::equal(FRAC_PI_2 + by));
         before = assert_near(&mut problem, &before, 5);
     }
+    for (most, iterations) in [(0.4001, 5), (0.4, 5), (0.401, 9), (0.4, 12)] {
+        problem.constrain_all(&rail, Interval::new(-most, most));
+        before = assert_near(&mut problem, &before, iterations);
+    }
 }
 
 #[test]
@@ -153,6 +157,8 @@ fn a_shortest_time_changes_with_the_bound_of_its_control() {
     assert!(found > 40, "{found} controls at bounds");
     let after = assert_near(&mut shortest(29.9), &before, 15);
     assert!(after.value > before.value && after.value < 1.01 * before.value, "{} {}", before.value, after.value);
+    let back = assert_near(&mut shortest(30.0), &after, 15);
+    assert!((back.value - before.value).abs() < 1e-6 * before.value, "{} {}", before.value, back.value);
 }
 
 /// A slider-crank whose crank turns from 1 rad to an angle with a bounded torque.

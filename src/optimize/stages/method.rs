@@ -132,11 +132,15 @@ impl<'p> Method<'p> {
         let of_slack = |at: &Place| slopes.rows[at.stage][at.row];
         let all = slopes.variables.iter().flat_map(|of| of.iter().copied()).chain(self.inequalities.iter().map(of_slack));
         let scaled: Vec<f64> = all.map(|g| self.scale * g).collect();
-        // Bounds whose distance and multiplier are of the size of the change may become active.
-        let wanted = self.violation().powi(2);
-        let mu = if wanted > CLOSE * least { wanted.min(most) } else { least };
-        self.barrier.begin_near(mu, &scaled, &mut self.y);
+        let slacks = self.slack(0);
+        self.barrier.begin_near(least, &scaled, (slacks, &mut self.y));
         self.evaluate_with_copies()?;
+        // Bounds whose distance and multiplier are of the size of the change may become active.
+        let mu = self.violation().powi(2).min(most);
+        if mu > CLOSE * least {
+            self.barrier.begin_near(mu, &scaled, (slacks, &mut self.y));
+            self.evaluate_with_copies()?;
+        }
         self.linear = self.problem.linearise()?;
         Ok(())
     }
