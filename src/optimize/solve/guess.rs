@@ -55,8 +55,8 @@ impl From<&Outcome> for Guess {
 pub struct Search {
     /// The guess of the states.
     pub guess: Guess,
-    /// The number of starts, at least 1: the first with the inputs of the problem, the others with random controls and durations, and with random
-    /// sines added to the guess; one of four begins near the best minimum found before.
+    /// The number of starts, at least 1: the first with the inputs of the problem, the others with random durations, with random sines added to the
+    /// controls to which the first start led and to the guess; one of four begins near the best minimum found before.
     pub starts: usize,
     /// The wanted accuracy of the continuous motion, if any; see [`accurate_to`](Self::accurate_to).
     pub accuracy: Option<f64>,

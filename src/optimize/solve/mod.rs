@@ -114,10 +114,11 @@ fn from_all_starts(
             some,
             || (),
             |(), &start| {
-                let near = states.as_ref().filter(|_| Starts::is_near(start));
+                let is_near = known.is_some() && Starts::is_near(start);
+                let guess = states.as_ref().filter(|_| is_near).unwrap_or(guess);
                 let mut own = random.problem(start, known)?;
-                let found = from_start(&mut own, near.unwrap_or(guess), (options, start), &mut silent)?;
-                Ok::<_, Error>((found, near.is_some()))
+                let found = from_start(&mut own, guess, (options, start), &mut silent)?;
+                Ok::<_, Error>((found, is_near))
             },
         );
         let mut is_interrupted = false;
