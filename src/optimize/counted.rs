@@ -56,7 +56,7 @@ pub(super) fn solve(
     let (mut counted, x) = Counted::new(problem, start, options)?;
     match method(&mut counted, x) {
         Err(error @ (Error::NoSecondDerivatives { .. } | Error::Size { .. })) => Err(error),
-        found => Ok(counted.outcome(found)),
+        found => Ok(counted.outcome(found, options.violation)),
     }
 }
 
@@ -284,8 +284,8 @@ impl<'p> Counted<'p> {
         free.fold(0.0, |most: f64, ((_, g), _)| most.max(g.abs()))
     }
 
-    /// The outcome at the last iterate, or at a start without a value or derivatives.
-    fn outcome(mut self, found: Result<Found, Error>) -> Outcome {
+    /// The outcome at the last iterate, or at a start without a value or derivatives; violations above `allowed` are named.
+    fn outcome(mut self, found: Result<Found, Error>, allowed: f64) -> Outcome {
         self.c.copy_from_slice(&self.c_of_iterate);
         let mut violation = self.violation();
         let found = found.unwrap_or_else(|error| {
@@ -307,7 +307,7 @@ impl<'p> Counted<'p> {
         Outcome {
             x,
             value,
-            violated: Violation::all(self.problem, &self.c),
+            violated: Violation::all(self.problem, &self.c, allowed),
             constraints: self.c,
             violation,
             multipliers,

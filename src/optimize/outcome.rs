@@ -175,7 +175,7 @@ pub struct Outcome {
     pub constraints: Vec<f64>,
     /// The largest violation of a constraint.
     pub violation: f64,
-    /// The constraints that do not hold exactly, the largest violation first.
+    /// The constraints that are violated by more than the tolerance, the largest violation first.
     pub violated: Vec<Violation>,
     /// The multipliers w of the Lagrangian f + wᵀc.
     pub multipliers: Vec<f64>,
@@ -266,7 +266,7 @@ impl Outcome {
 }
 
 impl Outcome {
-    /// The constraints with the largest violations, and the number of others; `None` if all hold exactly.
+    /// The constraints with the largest violations, and the number of others; `None` if all hold within the tolerance.
     pub(super) fn named_violations(&self) -> Option<String> {
         let named: Vec<String> = self.violated.iter().take(NAMED).map(Violation::to_string).collect();
         let more = self.violated.len().saturating_sub(NAMED);

@@ -17,10 +17,10 @@ pub struct Violation {
 }
 
 impl Violation {
-    /// All violated constraints of a problem with the values c, the largest violation first.
-    pub fn all(problem: &dyn Problem, c: &[f64]) -> Vec<Self> {
+    /// The constraints of a problem with the values c that are violated by more than an allowed distance, the largest violation first.
+    pub fn all(problem: &dyn Problem, c: &[f64], allowed: f64) -> Vec<Self> {
         let pairs = problem.constraints().into_iter().zip(c).enumerate();
-        let is_violated = |by: f64| by > 0.0 && by.is_finite();
+        let is_violated = |by: f64| by > allowed && by.is_finite();
         let violated = pairs.filter(|(_, (interval, value))| is_violated(interval.violation(**value)));
         let mut all: Vec<Self> = violated
             .map(|(j, (interval, &value))| Violation { name: problem.constraint_name(j), value, interval })
@@ -35,7 +35,7 @@ impl Violation {
     }
 }
 
-/// For example "output `end` is 1.3 instead of 50".
+/// For example "output `end` is 1.3 instead of 50, off by 48.7".
 impl fmt::Display for Violation {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Interval { least, most } = self.interval;
@@ -45,7 +45,8 @@ impl fmt::Display for Violation {
             () => "instead of at most",
         };
         let bound = if self.value < least { least } else { most };
-        write!(f, "{} is {} {wanted} {}", self.name, significant(self.value, 3), significant(bound, 6))
+        let [value, by] = [self.value, self.by()].map(|x| significant(x, 3));
+        write!(f, "{} is {value} {wanted} {}, off by {by}", self.name, significant(bound, 6))
     }
 }
 
@@ -56,8 +57,8 @@ mod tests {
     #[test]
     fn the_side_that_is_left_is_named() {
         let of = |value, interval| Violation { name: "output `x`".into(), value, interval }.to_string();
-        assert_eq!(of(1.25, Interval::equal(50.0)), "output `x` is 1.25 instead of 50");
-        assert_eq!(of(1.25, Interval::at_most(0.5)), "output `x` is 1.25 instead of at most 0.5");
-        assert_eq!(of(-3.0, Interval::new(-1.0, 2.0)), "output `x` is -3 instead of at least -1");
+        assert_eq!(of(1.25, Interval::equal(50.0)), "output `x` is 1.25 instead of 50, off by 48.8");
+        assert_eq!(of(1.25, Interval::at_most(0.5)), "output `x` is 1.25 instead of at most 0.5, off by 0.75");
+        assert_eq!(of(-3.0, Interval::new(-1.0, 2.0)), "output `x` is -3 instead of at least -1, off by 2");
     }
 }

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::super::counted::Counted;
 use super::super::{Interval, Options, Outcome, Problem, Reason, silent};
 use super::interior_point;
+use super::saddle::escape;
 use crate::Error;
 
 /// Largest number of iterations of a feasibility phase.
@@ -39,6 +40,13 @@ pub(super) fn approach(problem: &mut Counted, x: &[f64], options: &Options) -> R
         let few_ago = history.len().checked_sub(FEW + 1).map_or(f64::INFINITY, |i| history[i].value);
         let earlier = if is_out { few_ago } else { before };
         let is_least = reason != Reason::Target && earlier - last <= FLAT * last;
+        if is_least && !is_out {
+            let excess: &mut dyn Problem = &mut Excess { of: problem, jacobian: None, factor: 0.0 };
+            if let Some(lower) = escape(excess, &end)? {
+                (end, before) = (lower, f64::INFINITY);
+                continue;
+            }
+        }
         if is_least || is_out || reason == Reason::Target {
             return Ok((end, is_least));
         }

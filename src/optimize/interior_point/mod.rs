@@ -10,6 +10,7 @@
 
 mod feasibility;
 mod method;
+mod saddle;
 
 use super::counted::{Counted, Found, solve};
 use super::degenerate::multipliers_diverge;

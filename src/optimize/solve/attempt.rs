@@ -55,7 +55,7 @@ pub(super) fn in_segments(
     let is_timed = problem.free().free().iter().any(|free| free.quantity == Quantity::Duration);
     let found = minimised(&mut shooting, (is_timed, haste), options, &mut only)?;
     if !found.reason.is_converged() {
-        return Ok(Some(restated(problem, found, &start)));
+        return Ok(Some(restated(problem, found, &start, options.violation)));
     }
     let found = if problem.solver.system().m() == 0 { found } else { joined(&mut shooting, found, options, &mut only)? };
     Ok(Some(polished(problem, found, options, watch)?))
@@ -76,7 +76,7 @@ pub(super) fn near_optimum(
     let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
     let found = stages_near(&mut shooting, (&x, &near), &exact(options, MOST_NEAR), &mut only)?;
     if !found.reason.is_converged() {
-        return Ok(Some(restated(problem, found, &start)));
+        return Ok(Some(restated(problem, found, &start, options.violation)));
     }
     Ok(Some(polished(problem, found, options, watch)?))
 }
@@ -148,7 +148,7 @@ fn divided(problem: &MotionProblem, line: &Line, segments: usize) -> Result<Mult
 /// A problem without Hessian products.
 fn polished(problem: &mut MotionProblem, found: Outcome, options: &Options, watch: &mut Watcher) -> Result<Outcome, Error> {
     let start = problem.start();
-    let one = restated(problem, found, &start);
+    let one = restated(problem, found, &start, options.violation);
     if one.violation <= options.violation || one.violation > FAR || one.is_interrupted() {
         return Ok(one);
     }
@@ -239,7 +239,7 @@ fn is_interruption(error: &Error) -> bool {
 }
 
 /// The outcome as that of the problem, which is left at its point.
-fn restated(problem: &mut MotionProblem, found: Outcome, start: &[f64]) -> Outcome {
+fn restated(problem: &mut MotionProblem, found: Outcome, start: &[f64], allowed: f64) -> Outcome {
     let x = found.x[..start.len()].to_vec();
     let intervals = problem.constraints();
     let mut constraints = vec![f64::INFINITY; intervals.len()];
@@ -248,7 +248,7 @@ fn restated(problem: &mut MotionProblem, found: Outcome, start: &[f64]) -> Outco
     let value = evaluated.unwrap_or(f64::INFINITY);
     let violation = largest_violation(&intervals, &constraints);
     let multipliers = found.multipliers[..intervals.len()].to_vec();
-    let (violated, warnings) = (Violation::all(problem, &constraints), problem.warnings());
+    let (violated, warnings) = (Violation::all(problem, &constraints, allowed), problem.warnings());
     Outcome { x, value, constraints, violation, violated, multipliers, reason, warnings, ..found }
 }
 

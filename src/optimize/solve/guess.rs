@@ -1,6 +1,7 @@
 //! [`Guess`]: states of a motion from which [`solve`](super::solve()) starts.
 
 use nalgebra::{DMatrix, DVector};
+use std::f64::consts::PI;
 
 use super::super::problem::{Interval, Problem};
 use super::super::segment::Segment;
@@ -8,6 +9,7 @@ use super::super::{MotionProblem, Outcome};
 use super::starts;
 use crate::assembly::Retraction;
 use crate::motion::check_size;
+use crate::number::Random;
 use crate::solver::Asked;
 use crate::{Coordinate, Error, Inputs, Settings, Solver, System};
 
@@ -17,12 +19,17 @@ const HALVINGS: i32 = 10;
 const CLOSE: f64 = 1e-10;
 /// Singular values below this fraction of the largest one are zero.
 const RANK: f64 = 1e-8;
+/// Largest change of an angle in an iteration, rad.
+const TURN: f64 = 0.5;
+/// Residuals of a state that was found, and the number of random poses from which it is sought.
+const FOUND: f64 = 1e-6;
+const POSES: usize = 10;
 
 /// A guess of the states of a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Guess {
-    /// A straight line in independent coordinates, from the start to the nearest state for which the outputs that are terminal values have the
-    /// values that equalities ask for.
+    /// A straight line in independent coordinates, from the start to a state near it in which the outputs that are terminal values have the values
+    /// that equalities ask for.
     #[default]
     Straight,
     /// Coordinates and velocities at all nodes, n × (N + 1) each; independent ones are used, the others follow from the constraints.
@@ -143,6 +150,8 @@ pub(super) struct Line {
     pub(super) coordinates: Vec<Coordinate>,
     pub(super) q: DMatrix<f64>,
     pub(super) v: DMatrix<f64>,
+    /// False if no state was found in which the outputs that are terminal values have the values that are asked for.
+    pub(super) is_complete: bool,
 }
 
 impl Line {
@@ -151,7 +160,7 @@ impl Line {
         let (system, inputs) = (problem.solver.system(), problem.inputs_at(&problem.start()));
         let coordinates = Retraction::choose(system, &[], &inputs).into_iter().map(|i| system.coordinate(i)).collect();
         let motion = problem.solver.trajectory();
-        Line { coordinates, q: motion.q.clone(), v: motion.v.clone() }
+        Line { coordinates, q: motion.q.clone(), v: motion.v.clone(), is_complete: true }
     }
 
     /// The states of a guess for a start of a search, bent at random unless it is the first one; `None` if there is no consistent start.
@@ -169,6 +178,7 @@ impl Line {
         let mut pose = Pose::new(system, settings, &at, &coordinates).ok()?;
         let times = inputs.grid.times();
         let z0 = pose.guess(&q0, &v0);
+        let mut is_complete = true;
         let mut z = match guess {
             Guess::States { q, v } => {
                 let of = |i: usize, node: usize| {
@@ -176,7 +186,11 @@ impl Line {
                 };
                 DMatrix::from_fn(z0.len(), nodes, of)
             }
-            _ => straight(&z0, &pose.end(&z0, times[nodes - 1], &ends), &times),
+            _ => {
+                let (end, is_found) = pose.end([&q0, &v0], times[nodes - 1], &ends);
+                is_complete = is_found;
+                straight(&z0, &end, &times)
+            }
         };
         if start > 0 {
             starts::bend(&mut z, &times, start);
@@ -193,7 +207,7 @@ impl Line {
             q.set_column(node, &here);
             v.set_column(node, &rates);
         }
-        Some(Line { coordinates, q, v })
+        Some(Line { coordinates, q, v, is_complete })
     }
 }
 
@@ -233,6 +247,7 @@ pub(in super::super) fn start_of(system: &System, settings: Settings, inputs: &I
 /// A state with the outputs that are terminal values: the end of the motion as a segment without steps.
 struct Pose {
     segment: Segment,
+    states: Vec<Coordinate>,
 }
 
 impl Pose {
@@ -240,7 +255,7 @@ impl Pose {
         let (mut own, last) = (inputs.clone(), inputs.grid.steps.len());
         own.events.clear();
         let segment = Segment::new((system, settings), &own, &[], states, (last, last), &mut 0)?;
-        Ok(Pose { segment })
+        Ok(Pose { segment, states: states.to_vec() })
     }
 
     fn guess(&mut self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<f64> {
@@ -260,16 +275,53 @@ impl Pose {
         [self.segment.near().unwrap_or_else(|| guess.clone()), DVector::zeros(guess.len())]
     }
 
-    /// z near z₀ for which outputs have given values, or as nearly as Newton's method finds them.
-    fn end(&mut self, z0: &[f64], time: f64, ends: &[(usize, f64)]) -> Vec<f64> {
+    /// The state z near z₀ in which outputs have given values, or the last one that Newton's method found; and whether they have them. If the
+    /// method fails from z₀, as where derivatives vanish by symmetry, it starts from random poses, and the state nearest to z₀ is taken.
+    fn end(&mut self, [q0, v0]: [&DVector<f64>; 2], time: f64, ends: &[(usize, f64)]) -> (Vec<f64>, bool) {
+        let z0 = self.guess(q0, v0);
+        let from_start = self.newton(&z0, time, ends);
+        if from_start.is_found {
+            return (from_start.z, true);
+        }
+        let angles = self.angles();
+        let positions = || (0..z0.len()).step_by(2);
+        let mut random = Random::new(0);
+        let poses = (0..POSES).map(|_| {
+            let mut z = z0.clone();
+            for (i, is_angle) in positions().zip(&angles) {
+                z[i] += if *is_angle { random.uniform(-PI, PI) } else { random.uniform(-0.5, 0.5) * (1.0 + z[i].abs()) };
+            }
+            z
+        });
+        let tried = poses.collect::<Vec<_>>().into_iter().map(|z| {
+            self.guess(q0, v0);
+            self.newton(&z, time, ends)
+        });
+        let distance = |end: &End| positions().map(|i| (end.z[i] - z0[i]).powi(2)).sum::<f64>();
+        let found = tried.filter(|end| end.is_found).min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        let is_found = found.is_some();
+        (found.unwrap_or(from_start).z, is_found)
+    }
+
+    /// For each independent coordinate, true if it is an angle.
+    fn angles(&self) -> Vec<bool> {
+        let sines = self.segment.motion.solver.system().sines();
+        let is_angle = |of: &Coordinate| sines.coordinates().any(|i| i == of.index());
+        self.states.iter().map(is_angle).collect()
+    }
+
+    /// z near another one in which outputs have given values, as nearly as Newton's method finds it. Angles change by at most [`TURN`] in an
+    /// iteration, so that the method does not wind them up.
+    fn newton(&mut self, from: &[f64], time: f64, ends: &[(usize, f64)]) -> End {
         let asked: Vec<Asked> = ends.iter().map(|(output, _)| Asked::Output(*output)).collect();
         let left = |segment: &mut Segment, z: &DVector<f64>| {
             let (_, found) = segment.try_at(z.as_slice(), time).ok()?;
             Some(DVector::from_iterator(ends.len(), ends.iter().map(|(output, value)| found[*output] - value)))
         };
+        let angles = self.angles();
         let segment = &mut self.segment;
-        let mut z = DVector::from_column_slice(z0);
-        let Some(mut r) = left(segment, &z) else { return z0.to_vec() };
+        let mut z = DVector::from_column_slice(from);
+        let Some(mut r) = left(segment, &z) else { return End { z: from.to_vec(), is_found: false } };
         for _ in 0..ITERATIONS {
             segment.settle();
             let mut jacobian = DMatrix::zeros(ends.len(), z.len());
@@ -278,7 +330,9 @@ impl Pose {
             }
             let svd = jacobian.svd(true, true);
             let Ok(step) = svd.solve(&r, RANK * svd.singular_values.max()) else { break };
-            let shares = (0..HALVINGS).map(|k| 0.5f64.powi(k));
+            let turns = step.iter().step_by(2).zip(&angles).filter(|(_, is_angle)| **is_angle);
+            let longest = TURN / turns.fold(TURN, |most, (turn, _)| most.max(turn.abs()));
+            let shares = (0..HALVINGS).map(|k| longest * 0.5f64.powi(k));
             let tried = shares.map(|share| &z - share * &step).find_map(|next| {
                 let after = left(segment, &next)?;
                 (after.norm() < r.norm()).then_some((next, after))
@@ -286,6 +340,13 @@ impl Pose {
             let Some((next, after)) = tried else { break };
             (z, r) = (next, after);
         }
-        z.as_slice().to_vec()
+        End { z: z.as_slice().to_vec(), is_found: r.amax() < FOUND }
     }
+}
+
+/// The end of Newton's method for the state at the end.
+struct End {
+    z: Vec<f64>,
+    /// True if the outputs have their values there.
+    is_found: bool,
 }

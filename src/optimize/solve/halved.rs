@@ -30,8 +30,8 @@ impl Halved {
         let finer = Refinement::new((&steps, &[]), grid.around, &inserted).refine(&inputs);
         let variables = Variables::new(system, &finer, problem.free().free().to_vec()).ok()?;
         let problem_there = problem.statement().with(finer, variables).ok()?;
-        let line =
-            Line { coordinates: known.line.coordinates.clone(), q: between(&known.line.q), v: between(&known.line.v) };
+        let Line { coordinates, q, v, .. } = &known.line;
+        let line = Line { coordinates: coordinates.clone(), q: between(q), v: between(v), is_complete: true };
         let mut near = known.near.clone();
         near.slopes =
             problem.free().parts().flat_map(|(free, range)| of_halves(&free.quantity, &near.slopes[range])).collect();

@@ -75,6 +75,9 @@ pub fn sensitivities(
     options: &Options,
 ) -> Result<Vec<Sensitivity>, Error> {
     Guess::from(minimum).check(problem)?;
+    if !minimum.reason.is_converged() {
+        return Err(Error::NoMinimum { why: format!("the method ended because {}", minimum.reason) });
+    }
     let variables = problem.variables();
     let change = |parameter: &Parameter| match *parameter {
         Parameter::Target(output) => Ok(Change::Output(problem.solver.system().place_of(output))),

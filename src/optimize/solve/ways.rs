@@ -1,7 +1,7 @@
 //! The ways from one start to a minimum: near a known one, in segments, and as one motion.
 
 use super::super::problem::Problem;
-use super::super::{MotionProblem, Options, Outcome, Watcher, interior_point};
+use super::super::{MotionProblem, Options, Outcome, Reason, Watcher, interior_point};
 use super::attempt::{Haste, Known, in_segments, near_optimum};
 use super::division::counts;
 use super::guess::{Guess, Line};
@@ -62,21 +62,66 @@ pub(super) fn from_start(
         _ => Line::new(problem, guess, first),
     };
     let start = problem.start();
+    let mut best: Option<Outcome> = None;
+    // Targets out of reach: segments would fail, too, but would not say so.
+    if line.as_ref().is_some_and(|line| !line.is_complete) {
+        let outcome = as_one_motion(problem, &start, (options, &mut attempts), watch)?;
+        if is_final(&outcome, options) || outcome.reason == Reason::Infeasible {
+            return Ok(Solved { outcome, attempts });
+        }
+        best = Some(outcome);
+        problem.settle_at(&start);
+    }
+    let is_tried = best.is_some();
     let ways = line.iter().flat_map(|line| counts(problem, first).into_iter().map(move |segments| (line, segments)));
     for (line, segments) in ways.collect::<Vec<_>>() {
         let Some(outcome) = in_segments(problem, (line, segments, haste), options, watch)? else { continue };
         attempts.push(Attempt::of(format!("{segments} segments"), &outcome, options));
-        if is_solved(&outcome, options) || outcome.is_interrupted() {
+        if is_final(&outcome, options) || haste == Haste::Brief && attempts.len() == FEW {
             return Ok(Solved { outcome, attempts });
         }
-        if haste == Haste::Brief && attempts.len() == FEW {
-            return Ok(Solved { outcome, attempts });
-        }
+        best = Some(better(best, outcome, options));
         problem.settle_at(&start);
     }
-    let outcome = interior_point(problem, &start, options, watch)?;
-    attempts.push(Attempt::of("one motion".into(), &outcome, options));
+    if !is_tried {
+        let outcome = as_one_motion(problem, &start, (options, &mut attempts), watch)?;
+        if is_final(&outcome, options) || outcome.reason == Reason::Infeasible {
+            return Ok(Solved { outcome, attempts });
+        }
+        best = Some(better(best, outcome, options));
+    }
+    let outcome = best.expect("one motion was tried");
+    problem.settle_at(&outcome.x);
     Ok(Solved { outcome, attempts })
+}
+
+/// Solves from the inputs of the problem without segments, and adds the attempt.
+///
+/// # Errors
+/// A problem without Hessian products.
+fn as_one_motion(
+    problem: &mut MotionProblem,
+    start: &[f64],
+    (options, attempts): (&Options, &mut Vec<Attempt>),
+    watch: &mut Watcher,
+) -> Result<Outcome, Error> {
+    let outcome = interior_point(problem, start, options, watch)?;
+    attempts.push(Attempt::of("one motion".into(), &outcome, options));
+    Ok(outcome)
+}
+
+/// True if no other way is tried after an outcome.
+fn is_final(outcome: &Outcome, options: &Options) -> bool {
+    is_solved(outcome, options) || outcome.is_interrupted()
+}
+
+/// The outcome with the smaller violation or, if both are feasible, with the lower value.
+fn better(one: Option<Outcome>, other: Outcome, options: &Options) -> Outcome {
+    let key = |of: &Outcome| [(of.violation - options.violation).max(0.0), of.value];
+    match one {
+        Some(one) if key(&one) <= key(&other) => one,
+        _ => other,
+    }
 }
 
 /// Makes x the current point.

@@ -142,7 +142,7 @@ fn run(
     let value = problem.evaluate(&x, &mut constraints).unwrap_or(f64::INFINITY);
     let violation = largest_violation(&intervals, &constraints);
     let Run { history, failures, first_failure, halved, .. } = run;
-    let violated = Violation::all(problem, &constraints);
+    let violated = Violation::all(problem, &constraints, options.violation);
     Ok(Outcome {
         x,
         value,
