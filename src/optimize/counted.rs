@@ -284,7 +284,7 @@ impl<'p> Counted<'p> {
         free.fold(0.0, |most: f64, ((_, g), _)| most.max(g.abs()))
     }
 
-    /// The outcome at the last iterate, or at a start without a value or derivatives; violations above `allowed` are named.
+    /// The outcome at the last iterate, or at a start without a value or derivatives, with the tolerance of violations.
     fn outcome(mut self, found: Result<Found, Error>, allowed: f64) -> Outcome {
         self.c.copy_from_slice(&self.c_of_iterate);
         let mut violation = self.violation();
@@ -307,7 +307,7 @@ impl<'p> Counted<'p> {
         Outcome {
             x,
             value,
-            violated: Violation::all(self.problem, &self.c, allowed),
+            violated: Violation::all(self.problem, &self.c, reason.named_above(allowed)),
             constraints: self.c,
             violation,
             multipliers,

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::free::check_reading_times;
+use super::free::{Quantity, check_reading_times};
 use super::held;
 use super::problem::{Interval, Problem, set_row};
 use super::sizes::Sizes;
@@ -181,6 +181,15 @@ impl MotionProblem {
     pub fn change(&mut self, by: impl FnOnce(&mut Inputs)) -> Result<(), Error> {
         let changed = self.changed(by)?;
         self.take_over(changed);
+        Ok(())
+    }
+
+    /// Sets the bounds of a free quantity, in its unit, as [`Free::within`](super::Free::within) does when the problem is stated.
+    ///
+    /// # Errors
+    /// A quantity that is not free; empty bounds, or bounds that do not fit its scale or logarithm. Nothing is changed in these cases.
+    pub fn bound(&mut self, quantity: &Quantity, to: Interval) -> Result<(), Error> {
+        self.variables = self.variables.bounded(self.solver.system(), &self.known.inputs, (quantity, to))?;
         Ok(())
     }
 

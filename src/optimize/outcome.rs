@@ -123,6 +123,11 @@ pub enum Reason {
 }
 
 impl Reason {
+    /// The violations that an outcome names: those above the tolerance or, where constraints have no multipliers, all.
+    pub(super) fn named_above(self, tolerance: f64) -> f64 {
+        if self == Reason::Degenerate { 0.0 } else { tolerance }
+    }
+
     /// True for [`Target`](Self::Target) and [`Stationary`](Self::Stationary).
     pub fn is_converged(self) -> bool {
         matches!(self, Reason::Target | Reason::Stationary)
@@ -175,7 +180,8 @@ pub struct Outcome {
     pub constraints: Vec<f64>,
     /// The largest violation of a constraint.
     pub violation: f64,
-    /// The constraints that are violated by more than the tolerance, the largest violation first.
+    /// The constraints that are violated by more than the tolerance, the largest violation first; for [`Reason::Degenerate`], all that do not hold
+    /// exactly.
     pub violated: Vec<Violation>,
     /// The multipliers w of the Lagrangian f + wᵀc.
     pub multipliers: Vec<f64>,

@@ -169,6 +169,26 @@ impl Variables {
         self.parts().flat_map(|(free, range)| range.map(move |_| of(free))).collect()
     }
 
+    /// The same variables with other bounds of a quantity.
+    ///
+    /// # Errors
+    /// A quantity that is not free, or bounds that do not fit it.
+    pub(super) fn bounded(
+        &self,
+        system: &System,
+        inputs: &Inputs,
+        (quantity, to): (&Quantity, Interval),
+    ) -> Result<Self, Error> {
+        let mut free = self.free.clone();
+        let Some(of) = free.iter_mut().find(|of| of.quantity == *quantity) else {
+            let name = quantity.name(system, inputs.grid.steps.len())?;
+            return Err(Error::NoSuchInput { input: format!("`{name}`, which is not free,") });
+        };
+        of.bounds = to;
+        let Variables { free, .. } = Variables::new(system, inputs, free)?;
+        Ok(Variables { free, ..self.clone() })
+    }
+
     /// The free quantities, in order.
     pub(super) fn free(&self) -> &[Free] {
         &self.free

@@ -11,6 +11,7 @@ mod identified;
 mod interrupted;
 mod near;
 mod overdetermined;
+mod reach;
 mod records;
 mod refused;
 mod segments;

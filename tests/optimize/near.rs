@@ -6,7 +6,7 @@ use hamiltonian_adjoint::optimize::{
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::CartPendulum;
-use hamiltonian_adjoint::{Cost, CostPoint, Error, Grid, Inputs, Output, Scalar, Scene, Settings, Start};
+use hamiltonian_adjoint::{Control, Cost, CostPoint, Error, Grid, Inputs, Output, Scalar, Scene, Settings, Start};
 use nalgebra::SVector;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -133,7 +133,7 @@ fn bounds_and_starts_may_change() {
 }
 
 /// A cart whose link turns up in the shortest time.
-fn shortest(most: f64) -> MotionProblem {
+fn shortest(most: f64) -> (MotionProblem, Control) {
     let mut cart = CartPendulum::with_links(1).mechanism();
     cart.scene.time("time", 1.0);
     let angle = cart.scene.end_state(cart.links[0].coordinates[2]);
@@ -146,19 +146,29 @@ fn shortest(most: f64) -> MotionProblem {
     problem.constrain(angle.position, Interval::equal(FRAC_PI_2));
     problem.constrain(angle.rate, Interval::ZERO);
     problem.constrain(place.rate, Interval::ZERO);
-    problem
+    (problem, cart.force)
 }
 
 #[test]
 fn a_shortest_time_changes_with_the_bound_of_its_control() {
-    let mut problem = shortest(30.0);
+    let (mut problem, force) = shortest(30.0);
     let (before, _) = solved(&mut problem, Guess::Straight);
     let found = at_bounds(&problem, &before.x);
     assert!(found > 40, "{found} controls at bounds");
-    let after = assert_near(&mut shortest(29.9), &before, 15);
+    let bounded =
+        |problem: &mut MotionProblem, most: f64| problem.bound(&Quantity::Control(force), Interval::new(-most, most));
+    bounded(&mut problem, 29.9).expect("fits");
+    assert_eq!(problem.bounds(), shortest(29.9).0.bounds());
+    let after = assert_near(&mut problem, &before, 15);
     assert!(after.value > before.value && after.value < 1.01 * before.value, "{} {}", before.value, after.value);
-    let back = assert_near(&mut shortest(30.0), &after, 15);
+    bounded(&mut problem, 30.0).expect("fits");
+    let back = assert_near(&mut problem, &after, 15);
     assert!((back.value - before.value).abs() < 1e-6 * before.value, "{} {}", before.value, back.value);
+    // Nothing changes if bounds do not fit.
+    assert!(matches!(bounded(&mut problem, -1.0), Err(Error::Parameter { .. })));
+    let error = problem.bound(&Quantity::StepLength(3), Interval::FREE).expect_err("not free");
+    assert!(error.to_string().contains("not free"), "{error}");
+    assert_eq!(problem.bounds(), shortest(30.0).0.bounds());
 }
 
 /// A slider-crank whose crank turns from 1 rad to an angle with a bounded torque.

@@ -248,7 +248,7 @@ fn restated(problem: &mut MotionProblem, found: Outcome, start: &[f64], allowed:
     let value = evaluated.unwrap_or(f64::INFINITY);
     let violation = largest_violation(&intervals, &constraints);
     let multipliers = found.multipliers[..intervals.len()].to_vec();
-    let (violated, warnings) = (Violation::all(problem, &constraints, allowed), problem.warnings());
+    let (violated, warnings) = (Violation::all(problem, &constraints, reason.named_above(allowed)), problem.warnings());
     Outcome { x, value, constraints, violation, violated, multipliers, reason, warnings, ..found }
 }
 

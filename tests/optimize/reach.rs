@@ -1,0 +1,125 @@
+//! Targets of a point at the end: how far the guess turns, targets out of reach, and violations that are stationary by symmetry.
+
+use hamiltonian_adjoint::optimize::{
+    Free, Guess, Interval, MotionProblem, Options, Parameter, Problem, Reason, Variables, interior_point, sensitivities,
+    silent, solve,
+};
+use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::{Cost, CostPoint, Error, Grid, Inputs, Output, Scalar, Scene, Settings, Sum};
+use nalgebra::SVector;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Lengths in m and masses in kg of the links.
+const LINKS: [(f64, f64); 2] = [(0.6, 1.5), (0.4, 1.0)];
+
+/// The tip of the arm, to the right or up.
+struct Tip {
+    is_up: bool,
+}
+
+impl Cost<2> for Tip {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 2, 0, 0>, _b: &SVector<S, 0>) -> S {
+        let of = |angle: S| if self.is_up { angle.sin() } else { angle.cos() };
+        of(at.q[0]) * LINKS[0].0 + of(at.q[1]) * LINKS[1].0
+    }
+}
+
+/// A hanging arm of two links with a motor in each joint, whose tip comes to rest at a point after 1 s; the angles at the end.
+fn arm(tip: [f64; 2], most: f64) -> (MotionProblem, [Output; 2]) {
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let (mut y, mut before, mut parent) = (0.0, Body::GROUND.at(0.0, 0.0), Body::GROUND);
+    let (mut angles, mut free) = (Vec::new(), Vec::new());
+    for (k, (length, mass)) in LINKS.into_iter().enumerate() {
+        let place = [0.0, y - 0.5 * length, -FRAC_PI_2];
+        let body = scene.body(&format!("link {k}"), mass, mass * length * length / 12.0, place);
+        scene.revolute(&format!("joint {k}"), before, body.at(-0.5 * length, 0.0));
+        let torque = scene.control(&format!("torque {k}"));
+        scene.torque_actuator(&format!("motor {k}"), parent, body, torque);
+        scene.effort(&format!("effort {k}"), torque, 1.0);
+        free.push(Free::control(torque).within(-most, most));
+        angles.push(body.coordinates[2]);
+        (y, before, parent) = (y - length, body.at(0.5 * length, 0.0), body.into());
+    }
+    let ends = [0, 1].map(|k| scene.end_state(angles[k]));
+    let tips = [("right", false), ("up", true)].map(|(name, is_up)| {
+        let output = scene.output(&format!("tip, {name}"));
+        scene.term(output, &format!("tip, {name}"), Tip { is_up }, Sum::Terminal, [angles[0], angles[1]], [], [], []);
+        output
+    });
+    let system = scene.compile().expect("a system");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.025));
+    let variables = Variables::new(&system, &inputs, free).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    ends.iter().for_each(|end| problem.constrain(end.position, Interval::FREE));
+    ends.iter().for_each(|end| problem.constrain(end.rate, Interval::ZERO));
+    tips.iter().zip(tip).for_each(|(output, to)| problem.constrain(*output, Interval::equal(to)));
+    (problem, ends.map(|end| end.position))
+}
+
+#[test]
+fn the_guess_turns_links_no_further_than_needed() {
+    for tip in [[0.8, 0.45], [0.9, 0.4], [-0.3, 0.5], [0.0, -0.9], [0.2, 0.4]] {
+        let (mut problem, ends) = arm(tip, 1e3);
+        let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits");
+        let angles = ends.map(|end| found.outcome.constraints[end.index()]);
+        println!("{tip:?}: {angles:?}\n{found}");
+        assert!(found.outcome.reason == Reason::Stationary && found.attempts.len() == 1, "{tip:?}: {found}");
+        assert!(angles.iter().all(|angle| (angle + FRAC_PI_2).abs() < 1.1 * PI), "{tip:?}: {angles:?}");
+    }
+}
+
+#[test]
+fn a_target_above_a_hanging_arm_is_found() {
+    // The violation of the start is stationary by symmetry.
+    let (mut problem, _) = arm([0.0, 0.95], 1e3);
+    let start = problem.start();
+    let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits");
+    println!("{found}");
+    assert!(found.outcome.reason == Reason::Stationary && found.attempts.len() == 1, "{found}");
+    let one = interior_point(&mut problem, &start, &Options::default(), &mut silent).expect("fits");
+    println!("{one}");
+    assert!(one.reason == Reason::Stationary && one.violation < 1e-8, "{one}");
+}
+
+#[test]
+fn targets_out_of_reach_are_told_without_segments() {
+    for (tip, told) in
+        [([2.0, 0.0], "`tip, right` is 1 instead of 2, off by 1"), ([0.0, 2.0], "`tip, up` is 1 instead of 2, off by 1")]
+    {
+        let (mut problem, _) = arm(tip, 1e3);
+        let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits");
+        println!("{found}");
+        assert!(found.outcome.reason == Reason::Infeasible && found.attempts.len() == 1, "{found}");
+        assert!(found.to_string().contains(told), "{found}");
+        // What holds within the tolerance is not named.
+        assert!(found.outcome.violated.iter().all(|of| of.by() > 1e-8), "{:?}", found.outcome.violated);
+    }
+}
+
+#[test]
+fn of_failed_attempts_the_best_one_is_returned() {
+    // Motors too weak to lift the arm.
+    let (mut problem, _) = arm([0.2, 0.9], 1.0);
+    let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits");
+    println!("{found}");
+    assert!(!found.outcome.reason.is_converged() && found.attempts.len() > 1, "{found}");
+    let is_told = found.outcome.reason == Reason::Infeasible;
+    let least = found.attempts.iter().fold(f64::INFINITY, |least, of| least.min(of.violation));
+    assert!(is_told || found.outcome.violation == least, "{found}");
+    let mut constraints = vec![0.0; problem.constraints().len()];
+    problem.evaluate(&problem.start(), &mut constraints).expect("a motion");
+    assert_eq!(problem.start(), found.outcome.x);
+}
+
+#[test]
+fn an_outcome_without_convergence_has_no_derivatives() {
+    let (mut problem, _) = arm([0.8, 0.45], 1e3);
+    let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits").outcome;
+    let by = [Parameter::Bound(0)];
+    sensitivities(&mut problem, &found, &by, &Options::default()).expect("a minimum");
+    let stopped = hamiltonian_adjoint::optimize::Outcome { reason: Reason::Iterations, ..found };
+    let error = sensitivities(&mut problem, &stopped, &by, &Options::default()).expect_err("no minimum");
+    println!("{error}");
+    assert!(matches!(error, Error::NoMinimum { .. }), "{error}");
+}
