@@ -7,14 +7,15 @@
 //!   P_K = H_K + ρ C_KᵀC_K,   M_k = H_k + δ E_k + ρ C_kᵀC_k + D_kᵀP_{k+1}D_k,   P_k = M_ss − M_sw M_ww⁻¹ M_ws
 //! ```
 //!
-//! The rows C are satisfied exactly by a Schur complement. The matrix has the inertia of a minimum if all Cholesky factors exist.
+//! The rows C are satisfied exactly by a Schur complement. The matrix has the inertia of a minimum if all Cholesky factors exist for some ρ.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use super::problem::{Multipliers, Residuals};
 
-/// Weight ρ of the rows C in the recursion; the solution does not depend on it.
-const ROWS: f64 = 1e3;
+/// Weights ρ of the rows C in the recursion. The solution does not depend on them, but a small one does not outweigh negative curvature across rows
+/// with small derivatives, and a large one loses digits.
+const ROWS: [f64; 2] = [1e3, 1e6];
 /// The Schur complement of rows that depend on each other is singular; this fraction of its largest entry is added to its diagonal.
 const DEPENDENT: f64 = 1e-12;
 
@@ -57,6 +58,8 @@ pub(super) struct Factors<'b> {
     /// Free entries of s_0.
     free: &'b [usize],
     shift: f64,
+    /// ρ.
+    weight: f64,
     stages: Vec<Stage>,
     /// P_1 … P_K.
     values: Vec<DMatrix<f64>>,
@@ -69,12 +72,19 @@ pub(super) struct Factors<'b> {
 impl<'b> Factors<'b> {
     /// Factorises; `None` if the inertia is not that of a minimum. All stages but the last have dynamics.
     pub(super) fn new(blocks: &'b [Blocks], free: &'b [usize], shift: f64) -> Option<Self> {
+        let has_rows = blocks.iter().any(|of| of.rows.nrows() > 0);
+        let weights = &ROWS[..if has_rows { ROWS.len() } else { 1 }];
+        weights.iter().find_map(|weight| Self::weighted(blocks, free, shift, *weight))
+    }
+
+    /// As [`new`](Self::new), with this weight of the rows.
+    fn weighted(blocks: &'b [Blocks], free: &'b [usize], shift: f64, weight: f64) -> Option<Self> {
         let (end, before) = blocks.split_last()?;
-        let mut value = shifted(end, shift);
+        let mut value = shifted(end, shift, weight);
         let (mut stages, mut values) = (Vec::with_capacity(before.len()), Vec::with_capacity(before.len()));
         for of in before.iter().rev() {
             let states = value.nrows();
-            let mut m = shifted(of, shift);
+            let mut m = shifted(of, shift, weight);
             m += of.dynamics.tr_mul(&(&value * &of.dynamics));
             let own = m.ncols() - states;
             let factor = Cholesky::new(m.view((states, states), (own, own)).into_owned())?;
@@ -91,7 +101,7 @@ impl<'b> Factors<'b> {
         stages.reverse();
         values.reverse();
         let start = Cholesky::new(DMatrix::from_fn(free.len(), free.len(), |i, j| value[(free[i], free[j])]))?;
-        let factors = Factors { blocks, free, shift, stages, values, start, rows: None };
+        let factors = Factors { blocks, free, shift, weight, stages, values, start, rows: None };
         factors.with_rows()
     }
 
@@ -140,7 +150,7 @@ impl<'b> Factors<'b> {
     fn solve_once(&self, sides: &Sides) -> Direction {
         let mut of = sides.clone();
         for ((g, e), block) in of.gradients.iter_mut().zip(&sides.residuals.rows).zip(self.blocks) {
-            g.gemv_tr(ROWS, &block.rows, e, 1.0);
+            g.gemv_tr(self.weight, &block.rows, e, 1.0);
         }
         let Some(schur) = &self.rows else { return self.sweep(&of) };
         let mut missing = self.rows_times(&self.sweep(&of).v);
@@ -232,9 +242,9 @@ impl<'b> Factors<'b> {
 }
 
 /// H + δ E + ρ CᵀC.
-fn shifted(of: &Blocks, shift: f64) -> DMatrix<f64> {
+fn shifted(of: &Blocks, shift: f64, weight: f64) -> DMatrix<f64> {
     let mut m = of.hessian.clone();
-    m.gemm_tr(ROWS, &of.rows, &of.rows, 1.0);
+    m.gemm_tr(weight, &of.rows, &of.rows, 1.0);
     of.shifted.iter().enumerate().for_each(|(i, e)| m[(i, i)] += shift * e);
     m
 }
@@ -317,6 +327,32 @@ mod tests {
         });
         let all = v.into_iter().chain(multipliers);
         all.zip(exact.iter()).for_each(|(x, y)| assert!((x - y).abs() < 1e-9 * exact.amax(), "{x} {y}"));
+    }
+
+    #[test]
+    fn negative_curvature_across_rows_needs_no_shift() {
+        // Of the two states at the end, the row determines the first one, along which the curvature is negative.
+        let blocks = [
+            Blocks {
+                hessian: DMatrix::identity(4, 4),
+                dynamics: DMatrix::from_row_slice(2, 4, &[1.0, 0.3, 0.5, -0.2, 0.1, 1.0, 0.4, 0.6]),
+                rows: DMatrix::zeros(0, 4),
+                shifted: DVector::from_element(4, 1.0),
+            },
+            Blocks {
+                hessian: DMatrix::from_diagonal(&DVector::from_vec(vec![-50.0, 1.0])),
+                dynamics: DMatrix::zeros(0, 2),
+                rows: DMatrix::from_row_slice(1, 2, &[0.05, 0.0]),
+                shifted: DVector::zeros(2),
+            },
+        ];
+        let factors = Factors::new(&blocks, &[], 0.0).expect("a minimum");
+        let mut sides = factors.zero();
+        sides.gradients.iter_mut().for_each(|g| g.fill(1.0));
+        sides.residuals.rows[1].fill(0.1);
+        let (found, exact) = (factors.solve(&sides), dense(&blocks, &[], 0.0, &sides));
+        let v = found.v.iter().flat_map(|v| v.iter());
+        v.zip(exact.iter()).for_each(|(x, y)| assert!((x - y).abs() < 1e-9 * exact.amax(), "{x} {y}"));
     }
 
     #[test]
