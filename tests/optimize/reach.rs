@@ -65,6 +65,8 @@ fn the_guess_turns_links_no_further_than_needed() {
         let angles = ends.map(|end| found.outcome.constraints[end.index()]);
         println!("{tip:?}: {angles:?}\n{found}");
         assert!(found.outcome.reason == Reason::Stationary && found.attempts.len() == 1, "{tip:?}: {found}");
+        // Near the border of the reach, rows have small derivatives.
+        assert!(found.outcome.iterations < 100, "{tip:?}: {found}");
         assert!(angles.iter().all(|angle| (angle + FRAC_PI_2).abs() < 1.1 * PI), "{tip:?}: {angles:?}");
     }
 }

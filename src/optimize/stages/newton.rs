@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::method::Method;
 use super::problem::{Multipliers, Residuals};
-use super::riccati::{Blocks, Direction, Factors, Sides};
+use super::riccati::{Blocks, Direction, Factors, ROWS, Sides};
 use crate::Error;
 
 /// Estimated multipliers above this size are replaced by zero.
@@ -110,11 +110,16 @@ impl Method<'_> {
         Kkt { blocks, free: shape.free.clone(), curvature }
     }
 
-    /// Factorises with the first shift of the Hessian that makes the step a direction of descent; `None` if none does.
-    pub(super) fn factorise<'k>(&mut self, kkt: &'k Kkt) -> Option<Newton<'k>> {
+    /// Factorises with the first shift of the Hessian that makes the step a direction of descent; `None` if none does. Far from feasible points, where
+    /// a shift also shortens steps, negative curvature across rows with small derivatives is shifted, too.
+    pub(super) fn factorise<'k>(&mut self, kkt: &'k Kkt, is_near: bool) -> Option<Newton<'k>> {
+        let factors = |shift: f64| match is_near {
+            true => Factors::new(&kkt.blocks, &kkt.free, shift),
+            false => Factors::weighted(&kkt.blocks, &kkt.free, shift, ROWS[0]),
+        };
         let mut shift = 0.0;
         while shift <= MOST_SHIFT {
-            if let Some(factors) = Factors::new(&kkt.blocks, &kkt.free, shift) {
+            if let Some(factors) = factors(shift) {
                 if shift > 0.0 {
                     self.shift = shift;
                 }

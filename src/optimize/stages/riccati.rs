@@ -15,7 +15,7 @@ use super::problem::{Multipliers, Residuals};
 
 /// Weights ρ of the rows C in the recursion. The solution does not depend on them, but a small one does not outweigh negative curvature across rows
 /// with small derivatives, and a large one loses digits.
-const ROWS: [f64; 2] = [1e3, 1e6];
+pub(super) const ROWS: [f64; 2] = [1e3, 1e6];
 /// The Schur complement of rows that depend on each other is singular; this fraction of its largest entry is added to its diagonal.
 const DEPENDENT: f64 = 1e-12;
 
@@ -70,7 +70,7 @@ pub(super) struct Factors<'b> {
 }
 
 impl<'b> Factors<'b> {
-    /// Factorises; `None` if the inertia is not that of a minimum. All stages but the last have dynamics.
+    /// Factorises with the first weight for which the inertia is that of a minimum; `None` if there is none. All stages but the last have dynamics.
     pub(super) fn new(blocks: &'b [Blocks], free: &'b [usize], shift: f64) -> Option<Self> {
         let has_rows = blocks.iter().any(|of| of.rows.nrows() > 0);
         let weights = &ROWS[..if has_rows { ROWS.len() } else { 1 }];
@@ -78,7 +78,7 @@ impl<'b> Factors<'b> {
     }
 
     /// As [`new`](Self::new), with this weight of the rows.
-    fn weighted(blocks: &'b [Blocks], free: &'b [usize], shift: f64, weight: f64) -> Option<Self> {
+    pub(super) fn weighted(blocks: &'b [Blocks], free: &'b [usize], shift: f64, weight: f64) -> Option<Self> {
         let (end, before) = blocks.split_last()?;
         let mut value = shifted(end, shift, weight);
         let (mut stages, mut values) = (Vec::with_capacity(before.len()), Vec::with_capacity(before.len()));

@@ -135,7 +135,7 @@ impl<'o, 'w> Run<'o, 'w> {
                 Ok(kkt) => kkt,
                 Err(error) => return self.without_derivatives(error),
             };
-            let Some(newton) = method.factorise(&kkt) else { return Ok(Reason::NoLowerValue) };
+            let Some(newton) = method.factorise(&kkt, self.is_near()) else { return Ok(Reason::NoLowerValue) };
             let Some(trial) = self.next(method, &newton, &mut filter) else {
                 return Ok(if self.is_interrupted() { Reason::Interrupted } else { Reason::NoLowerValue });
             };
