@@ -99,8 +99,8 @@ pub enum Reason {
     /// No lower value was found along the search direction. If f jumps ([`Outcome::halved`]) or has a fold, lower values may exist beyond the
     /// jump or fold.
     NoLowerValue,
-    /// The sum of squares of the violations has a local minimum, in the units of the constraints: no feasible point is nearby. Another
-    /// start or a [`homotopy`](super::homotopy()) may find a feasible point if one exists.
+    /// The sum of squares of the violations has a local minimum, in the units of the constraints: no feasible point is nearby. Where only its gradient
+    /// vanishes, as by symmetry, [`interior_point`](super::interior_point()) follows negative curvature instead. Another start or a [`homotopy`](super::homotopy()) may find a feasible point if one exists.
     Infeasible,
     /// The constraints hold within the tolerance, but have no multipliers: the gradient of a constraint vanishes where the constraint holds, as that
     /// of (φ − π/2)² = 0 does, or gradients become linearly dependent. No point can be confirmed as a minimum. State such constraints in another

@@ -83,14 +83,16 @@ pub(super) fn from_start(
         best = Some(better(best, outcome, options));
         problem.settle_at(&start);
     }
-    if !is_tried {
-        let outcome = as_one_motion(problem, &start, (options, &mut attempts), watch)?;
-        if is_final(&outcome, options) || outcome.reason == Reason::Infeasible {
-            return Ok(Solved { outcome, attempts });
+    let outcome = match best {
+        Some(outcome) if is_tried => outcome,
+        best => {
+            let outcome = as_one_motion(problem, &start, (options, &mut attempts), watch)?;
+            if is_final(&outcome, options) || outcome.reason == Reason::Infeasible {
+                return Ok(Solved { outcome, attempts });
+            }
+            better(best, outcome, options)
         }
-        best = Some(better(best, outcome, options));
-    }
-    let outcome = best.expect("one motion was tried");
+    };
     problem.settle_at(&outcome.x);
     Ok(Solved { outcome, attempts })
 }
