@@ -10,16 +10,17 @@ use crate::number::Random;
 const PRODUCTS: usize = 25;
 /// Curvatures below this fraction of the largest one are rounding errors.
 const ROUNDING: f64 = 1e-6;
-/// Steps of 2^k units for these k are tried, the longest first; they must reduce f by this fraction.
+/// Steps of 2^k units for these k are tried, the longest first; one is taken if it reduces f by this fraction.
 const LENGTHS: [i32; 2] = [-12, 8];
 const LESS: f64 = 1e-3;
-/// Variables closer to a bound than this fraction of the interval are not moved.
+/// Variables closer to a bound than this fraction of the interval, or of 1 if that is shorter, are not moved.
 const BESIDE: f64 = 1e-3;
 
-/// A point with a smaller f, along the direction of the smallest curvature at x, where the gradient vanishes; `None` if curvatures are not negative.
+/// A point with a smaller f, for a problem without constraints at a stationary point x, along the direction of the smallest curvature; `None` if that is
+/// not negative.
 ///
-/// By symmetry, the violations may be stationary at a maximum, as at a pendulum that hangs and whose tip should be above the pivot. The smallest
-/// curvature is that of Lanczos' method from a random direction.
+/// By symmetry, violations may be stationary at a maximum: those of a hanging pendulum whose tip should be above the pivot are. The direction is found by
+/// Lanczos' method from a random one.
 ///
 /// # Errors
 /// A point without derivatives.
