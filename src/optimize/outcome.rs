@@ -139,7 +139,7 @@ impl fmt::Display for Reason {
         f.write_str(match self {
             Reason::Target => "the target was reached",
             Reason::Stationary => "the gradient is below the tolerance or below its rounding error",
-            Reason::NoLowerValue => "no value lower by more than rounding error was found along the search direction",
+            Reason::NoLowerValue => "no step lowers the value or the violation further; try another guess or several starts",
             Reason::Infeasible => "the violation of the constraints cannot be reduced further",
             Reason::Degenerate => {
                 "a constraint has no multiplier, because its gradient vanishes or depends on those of others"
