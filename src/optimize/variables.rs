@@ -169,7 +169,7 @@ impl Variables {
         self.parts().flat_map(|(free, range)| range.map(move |_| of(free))).collect()
     }
 
-    /// The same variables with other bounds of a quantity.
+    /// A copy of these variables in which a free quantity has the given bounds.
     ///
     /// # Errors
     /// A quantity that is not free, or bounds that do not fit it.

@@ -94,7 +94,7 @@ fn targets_out_of_reach_are_told_without_segments() {
         println!("{found}");
         assert!(found.outcome.reason == Reason::Infeasible && found.attempts.len() == 1, "{found}");
         assert!(found.to_string().contains(told), "{found}");
-        // What holds within the tolerance is not named.
+        // Constraints that hold within the tolerance are not listed as violated.
         assert!(found.outcome.violated.iter().all(|of| of.by() > 1e-8), "{:?}", found.outcome.violated);
     }
 }

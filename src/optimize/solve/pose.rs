@@ -23,7 +23,8 @@ const POSES: usize = 10;
 /// A state with the outputs that are terminal values: the end of the motion as a segment without steps.
 pub(super) struct Pose {
     segment: Segment,
-    states: Vec<Coordinate>,
+    /// For each independent coordinate, true if it is an angle.
+    angles: Vec<bool>,
 }
 
 impl Pose {
@@ -31,7 +32,8 @@ impl Pose {
         let (mut own, last) = (inputs.clone(), inputs.grid.steps.len());
         own.events.clear();
         let segment = Segment::new((system, settings), &own, &[], states, (last, last), &mut 0)?;
-        Ok(Pose { segment, states: states.to_vec() })
+        let is_angle = |of: &Coordinate| system.sines().coordinates().any(|i| i == of.index());
+        Ok(Pose { segment, angles: states.iter().map(is_angle).collect() })
     }
 
     pub(super) fn guess(&mut self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<f64> {
@@ -59,7 +61,7 @@ impl Pose {
         if from_start.is_found {
             return (from_start.z, true);
         }
-        let angles = self.angles();
+        let angles = self.angles.clone();
         let positions = || (0..z0.len()).step_by(2);
         let mut random = Random::new(0);
         let poses = (0..POSES).map(|_| {
@@ -69,7 +71,7 @@ impl Pose {
             }
             z
         });
-        let tried = poses.collect::<Vec<_>>().into_iter().map(|z| {
+        let tried = poses.map(|z| {
             self.guess(q0, v0);
             self.newton(&z, time, ends)
         });
@@ -77,13 +79,6 @@ impl Pose {
         let found = tried.filter(|end| end.is_found).min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let is_found = found.is_some();
         (found.unwrap_or(from_start).z, is_found)
-    }
-
-    /// For each independent coordinate, true if it is an angle.
-    fn angles(&self) -> Vec<bool> {
-        let sines = self.segment.motion.solver.system().sines();
-        let is_angle = |of: &Coordinate| sines.coordinates().any(|i| i == of.index());
-        self.states.iter().map(is_angle).collect()
     }
 
     /// z near another one in which outputs have given values, as nearly as Newton's method finds it. Angles change by at most [`TURN`] in an
@@ -94,8 +89,7 @@ impl Pose {
             let (_, found) = segment.try_at(z.as_slice(), time).ok()?;
             Some(DVector::from_iterator(ends.len(), ends.iter().map(|(output, value)| found[*output] - value)))
         };
-        let angles = self.angles();
-        let segment = &mut self.segment;
+        let Pose { segment, angles } = self;
         let mut z = DVector::from_column_slice(from);
         let Some(mut r) = left(segment, &z) else { return End { z: from.to_vec(), is_found: false } };
         for _ in 0..ITERATIONS {
@@ -106,7 +100,7 @@ impl Pose {
             }
             let svd = jacobian.svd(true, true);
             let Ok(step) = svd.solve(&r, RANK * svd.singular_values.max()) else { break };
-            let turns = step.iter().step_by(2).zip(&angles).filter(|(_, is_angle)| **is_angle);
+            let turns = step.iter().step_by(2).zip(&*angles).filter(|(_, is_angle)| **is_angle);
             let longest = TURN / turns.fold(TURN, |most, (turn, _)| most.max(turn.abs()));
             let shares = (0..HALVINGS).map(|k| longest * 0.5f64.powi(k));
             let tried = shares.map(|share| &z - share * &step).find_map(|next| {
