@@ -25,6 +25,7 @@ from common import (CART_MASS, GRAVITY, HALF_LENGTH, HINGE_FRICTION, LINK_INERTI
 
 ARM = [(0.5, 2.0), (0.5, 1.5), (0.4, 1.0)]  # lengths in m, masses in kg
 CENTRE, INERTIA = (0.0688, -0.9542), 0.0391  # of the pendulum on the rail
+COUNT, LENGTH, MASS, FRICTION = 10, 0.2, 0.4, 0.5  # of the links of the chain
 ALIKE = 1e-3
 
 
@@ -37,6 +38,12 @@ def arm(q, v, u):
     energy = chain(q, v, [(mass, length / 2, mass * length**2 / 12) for length, mass in ARM])
     # A motor turns its link and, in the opposite direction, the link before.
     return energy, ca.vertcat(u[0] - u[1], u[1] - u[2], u[2])
+
+
+def links(q, v, u):
+    energy = chain(q, v, [(MASS, LENGTH / 2, MASS * LENGTH**2 / 12)] * COUNT)
+    torque = u - FRICTION * (v - ca.vertcat(0.0, v[:-1]))
+    return energy, torque - ca.vertcat(torque[1:], 0.0)
 
 
 def acrobot(q, v, u):
@@ -63,7 +70,9 @@ def stays(q):
 
 
 FREE = None
+CONTROLS = {arm: 3, links: COUNT}  # one for the others
 HANGING, UPRIGHT = [0.0] + [START_ANGLE] * LINKS, [FREE] + [TARGET_ANGLE] * LINKS
+CURVED = [np.pi / 2 * ((k + 1) / COUNT - 1.0) for k in range(COUNT)]
 # The mechanism, steps, start, end, whether it comes to rest, weight of the effort (none: the shortest time), largest control, duration with bounds, limits.
 PROBLEMS = {
     "rest-2": (cart, 100, HANGING, UPRIGHT, True, 1e-4, np.inf, (2.0, 2.0, 2.0), None),
@@ -72,6 +81,9 @@ PROBLEMS = {
     "rail": (rail, 35, [0.0, 0.0], [0.0, 3.14], True, None, 100.0, (2.0, 0.05, 5.0), stays),
     "arm": (arm, 100, [START_ANGLE] * 3, [TARGET_ANGLE] * 3, True, 1e-2, np.inf, (1.5, 1.5, 1.5), None),
     "acrobot": (acrobot, 100, [START_ANGLE] * 2, [TARGET_ANGLE] * 2, True, 1.0, 20.0, (3.0, 3.0, 3.0), None),
+    "chain": (links, 100, [START_ANGLE] * COUNT, CURVED, True, 1e-2, np.inf, (2.0, 2.0, 2.0), None),
+    "chain-500": (links, 500, [START_ANGLE] * COUNT, CURVED, True, 1e-2, np.inf, (2.0, 2.0, 2.0), None),
+    "chain-2000": (links, 2000, [START_ANGLE] * COUNT, CURVED, True, 1e-2, np.inf, (2.0, 2.0, 2.0), None),
     "arm-limits": (arm, 200, [START_ANGLE] * 3, [TARGET_ANGLE] * 3, True, 1e-2, np.inf, (1.5, 1.5, 1.5), limits),
 }
 
@@ -79,7 +91,7 @@ PROBLEMS = {
 def transcribed(problem):
     """A function from the index of a start to (converged, J, s)."""
     mechanism, steps, start, end, rests, effort, largest, (duration, shortest, longest), path = problem
-    n, k = len(start), 3 if mechanism is arm else 1
+    n, k = len(start), CONTROLS.get(mechanism, 1)
     q, v, u = ca.SX.sym("q", n), ca.SX.sym("v", n), ca.SX.sym("u", k)
     energy, force = mechanism(q, v, u)
     rates = ca.Function("rates", [q, v, u], [ca.gradient(energy, v), ca.gradient(energy, q) + force])

@@ -187,7 +187,10 @@ fn pose(name: Name) -> Result<Posed, MotionError> {
     match name {
         Name::Periodic => mechanisms::periodic(),
         Name::Rail => rail::pose(),
-        Name::Arm | Name::ArmLimits => arm::pose(name == Name::ArmLimits),
+        Name::Arm | Name::ArmLimits => arm::three(name == Name::ArmLimits),
+        Name::Chain => arm::chain(100),
+        Name::ChainFiner => arm::chain(500),
+        Name::ChainFinest => arm::chain(2000),
         Name::Acrobot => acrobot::pose(),
         _ => problems::cart(name),
     }
@@ -254,6 +257,13 @@ fn written(runs: &[Run]) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_chain_of_ten_links_comes_to_rest_in_a_pose() {
+        let found = run_method(Name::Chain, SOLVE).expect("fits").outcome;
+        // IPOPT: 0.60596 in minimal coordinates.
+        assert!(found.reason.is_converged() && found.value < 0.607, "{found}");
+    }
 
     #[test]
     fn only_what_is_there_is_announced() {

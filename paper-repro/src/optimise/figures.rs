@@ -68,7 +68,9 @@ fn panel(title: String, [x, y]: [Axis; 2], series: Vec<Series>) -> Chart {
 fn control(of: Name) -> Axis {
     match of {
         Name::Periodic => Axis::linear("torque on the crank [N m]"),
-        Name::Arm | Name::ArmLimits => Axis::linear("torque in the first joint [N m]"),
+        Name::Arm | Name::ArmLimits | Name::Chain | Name::ChainFiner | Name::ChainFinest => {
+            Axis::linear("torque in the first joint [N m]")
+        }
         Name::Acrobot => Axis::linear("torque between the links [N m]"),
         _ => Axis::linear("force on the cart F [N]"),
     }

@@ -29,6 +29,14 @@ pub enum Name {
     Arm,
     /// Three links as in `arm`, with limits of the elbow and of the tip at all of 201 nodes
     ArmLimits,
+    /// Ten links with motors and friction in the joints from hanging to rest in a quarter of a circle in 2 s, least effort
+    Chain,
+    /// As `chain`, with 500 steps
+    #[value(name = "chain-500")]
+    ChainFiner,
+    /// As `chain`, with 2,000 steps
+    #[value(name = "chain-2000")]
+    ChainFinest,
     /// Two links with a motor between them, |torque| ≤ 20 N m, from hanging to rest upright in 3 s, least effort
     Acrobot,
     /// A driven crank and rocker: periodic motion with one turn in 1 s and the least effort
