@@ -144,8 +144,8 @@ impl Refinement {
         let integral = part(counted_before, scheme.weight(scheme.stages())) + part(counted_after, scheme.weight(0));
         let given = self.given_node(node).map(|given| {
             let ends = if self.parts.is_empty() { (before, after) } else { self.given_lengths(taken, node, given) };
-            // The first node of a part is the last node of the previous part, which counts it.
-            let number = (given > 0 || self.first == 0).then_some(self.first + given);
+            // The first node of a part is the last node of the previous part, which counts it, unless the part has no other node.
+            let number = (given > 0 || self.first == 0 || taken.is_empty()).then_some(self.first + given);
             let after_event = self.after_events.binary_search(&given).ok();
             let weights = GivenWeights::new(number, ends.0, ends.1, side);
             let terminal = if self.is_end { weights.terminal } else { R::zero() };

@@ -101,6 +101,7 @@ pub enum Reason {
     NoLowerValue,
     /// The sum of squares of the violations has a local minimum, in the units of the constraints: no feasible point is nearby. Where only its gradient
     /// vanishes, as by symmetry, [`interior_point`](super::interior_point()) follows negative curvature instead. Another start or a [`homotopy`](super::homotopy()) may find a feasible point if one exists.
+    /// [`solve`](super::solve()) returns this reason, too, if constraints on states at the first or the last node contradict each other or a fixed start.
     Infeasible,
     /// The constraints hold within the tolerance, but have no multipliers: the gradient of a constraint vanishes where the constraint holds, as that
     /// of (φ − π/2)² = 0 does, or gradients become linearly dependent. No point can be confirmed as a minimum. State such constraints in another
@@ -140,7 +141,7 @@ impl fmt::Display for Reason {
             Reason::Target => "the target was reached",
             Reason::Stationary => "the gradient is below the tolerance or below its rounding error",
             Reason::NoLowerValue => "no step lowers the value or the violation further; try another guess or several starts",
-            Reason::Infeasible => "the violation of the constraints cannot be reduced further",
+            Reason::Infeasible => "the constraints contradict each other, or their violation cannot be reduced further",
             Reason::Degenerate => {
                 "a constraint has no multiplier, because its gradient vanishes or depends on those of others"
             }

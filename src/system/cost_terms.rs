@@ -27,6 +27,13 @@ impl System {
         self.sums(1 + output).all(|(sum, _)| sum == Sum::Terminal)
     }
 
+    /// True if all terms of an output are functions of q and v at this node alone, which is the last one of the motion if `is_last`.
+    pub(crate) fn is_of_state(&self, output: usize, node: usize, is_last: bool) -> bool {
+        let is_here = |sum| sum == Sum::Node(node) || is_last && sum == Sum::Terminal;
+        let mut terms = self.0.costs.terms().filter(|term| term.output == 1 + output);
+        terms.all(|term| is_here(term.sum) && term.uses.more_than_states() == Depends::Never)
+    }
+
     /// The coordinates that the terms of an output (0 for J) are connected to.
     pub(crate) fn coordinates_of(&self, output: usize) -> Vec<usize> {
         let terms = self.0.costs.terms().filter(move |term| term.output == output);

@@ -24,8 +24,24 @@ impl Cost<2> for Tip {
     }
 }
 
+/// The angle between the links.
+struct Between;
+
+impl Cost<2> for Between {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 2, 0, 0>, _b: &SVector<S, 0>) -> S {
+        at.q[1] - at.q[0]
+    }
+}
+
 /// A hanging arm of two links with a motor in each joint, whose tip comes to rest at a point after 1 s; the angles at the end.
 fn arm(tip: [f64; 2], most: f64) -> (MotionProblem, [Output; 2]) {
+    let (mut problem, ends, path) = limited(tip, most);
+    problem.constrain_all(&path, Interval::FREE);
+    (problem, ends)
+}
+
+/// As [`arm`], with the angle between the links at all nodes.
+fn limited(tip: [f64; 2], most: f64) -> (MotionProblem, [Output; 2], Vec<Output>) {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
     let (mut y, mut before, mut parent) = (0.0, Body::GROUND.at(0.0, 0.0), Body::GROUND);
@@ -47,6 +63,7 @@ fn arm(tip: [f64; 2], most: f64) -> (MotionProblem, [Output; 2]) {
         scene.term(output, &format!("tip, {name}"), Tip { is_up }, Sum::Terminal, [angles[0], angles[1]], [], [], []);
         output
     });
+    let path = scene.outputs_at("elbow", Between, 0..=40, [angles[0], angles[1]], [], [], []);
     let system = scene.compile().expect("a system");
     let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.025));
     let variables = Variables::new(&system, &inputs, free).expect("free");
@@ -54,7 +71,7 @@ fn arm(tip: [f64; 2], most: f64) -> (MotionProblem, [Output; 2]) {
     ends.iter().for_each(|end| problem.constrain(end.position, Interval::FREE));
     ends.iter().for_each(|end| problem.constrain(end.rate, Interval::ZERO));
     tips.iter().zip(tip).for_each(|(output, to)| problem.constrain(*output, Interval::equal(to)));
-    (problem, ends.map(|end| end.position))
+    (problem, ends.map(|end| end.position), path)
 }
 
 #[test]
@@ -124,4 +141,37 @@ fn an_outcome_without_convergence_has_no_derivatives() {
     let error = sensitivities(&mut problem, &stopped, &by, &Options::default()).expect_err("no minimum");
     println!("{error}");
     assert!(matches!(error, Error::NoMinimum { .. }), "{error}");
+}
+
+#[test]
+fn limits_at_nodes_that_contradict_the_ends_are_told_without_segments() {
+    // With an elbow between 1 and 3 rad, the tip is at most 0.87 m from the shoulder; at the start, the elbow is straight.
+    let cases = [
+        ([0.9, 0.0], 1..41, Interval::new(1.0, 3.0), "tip, right"),
+        ([0.6, 0.3], 0..41, Interval::at_least(0.1), "at node 0"),
+    ];
+    for (tip, nodes, to, told) in cases {
+        let (mut problem, _, path) = limited(tip, 1e3);
+        problem.constrain_all(&path, Interval::FREE);
+        problem.constrain_all(&path[nodes], to);
+        let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits");
+        println!("{found}");
+        assert!(found.outcome.reason == Reason::Infeasible && found.attempts.len() == 1, "{found}");
+        assert!(found.to_string().contains(told), "{found}");
+    }
+}
+
+#[test]
+fn the_guess_satisfies_limits_at_the_last_node() {
+    for to in [Interval::new(-3.0, -0.2), Interval::new(0.2, 3.0)] {
+        let (mut problem, ends, path) = limited([0.5, 0.3], 1e3);
+        problem.constrain_all(&path, Interval::FREE);
+        problem.constrain_all(&path[40..], to);
+        let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits");
+        println!("{found}");
+        let angles = ends.map(|end| found.outcome.constraints[end.index()]);
+        let elbow = angles[1] - angles[0];
+        assert!(found.outcome.reason == Reason::Stationary && found.attempts.len() == 1, "{found}");
+        assert!(elbow >= to.least - 1e-8 && elbow <= to.most + 1e-8, "{angles:?}");
+    }
 }

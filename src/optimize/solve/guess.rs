@@ -2,9 +2,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::super::problem::{Interval, Problem};
-use super::super::{Free, MotionProblem, Outcome, Quantity};
+use super::super::problem::Problem;
+use super::super::{MotionProblem, Outcome};
 use super::pose::Pose;
+use super::reach::{Reach, end_of, is_outside_at_start, values_at_end};
 use super::starts;
 use crate::assembly::Retraction;
 use crate::motion::check_size;
@@ -14,7 +15,7 @@ use crate::{Coordinate, Error, Inputs, Settings, Solver, System};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Guess {
     /// A straight line in independent coordinates, from the start to a state near it in which the outputs that are terminal values have the values
-    /// that equalities ask for.
+    /// that equalities ask for and, if there is such a state, all outputs of q and v at the last node lie in their intervals.
     #[default]
     Straight,
     /// Coordinates and velocities at all nodes, n × (N + 1) each; independent ones are used, the others follow from the constraints.
@@ -135,8 +136,8 @@ pub(super) struct Line {
     pub(super) coordinates: Vec<Coordinate>,
     pub(super) q: DMatrix<f64>,
     pub(super) v: DMatrix<f64>,
-    /// False if no state at the end has the values that are asked for, whatever the free quantities are.
-    pub(super) is_complete: bool,
+    /// Whether the states at the ends can be as asked.
+    pub(super) reach: Reach,
 }
 
 impl Line {
@@ -145,7 +146,7 @@ impl Line {
         let (system, inputs) = (problem.solver.system(), problem.inputs_at(&problem.start()));
         let coordinates = Retraction::choose(system, &[], &inputs).into_iter().map(|i| system.coordinate(i)).collect();
         let motion = problem.solver.trajectory();
-        Line { coordinates, q: motion.q.clone(), v: motion.v.clone(), is_complete: true }
+        Line { coordinates, q: motion.q.clone(), v: motion.v.clone(), reach: Reach::Found }
     }
 
     /// The states of a guess for a start of a search, bent at random unless it is the first one; `None` if there is no consistent start.
@@ -154,8 +155,8 @@ impl Line {
         let inputs = problem.inputs_at(&problem.start());
         let nodes = inputs.grid.nodes();
         let [q0, v0] = start_of(system, settings, &inputs)?;
-        let ends = ends(problem);
-        let preferred: Vec<usize> = ends.iter().flat_map(|(output, _)| system.coordinates_of(1 + output)).collect();
+        let preferred: Vec<usize> =
+            values_at_end(problem).iter().flat_map(|(output, _)| system.coordinates_of(1 + output)).collect();
         let mut at = inputs.clone();
         at.start.q_mut().copy_from(&q0);
         let chosen = Retraction::choose(system, &preferred, &at);
@@ -163,7 +164,8 @@ impl Line {
         let mut pose = Pose::new(system, settings, &at, &coordinates).ok()?;
         let times = inputs.grid.times();
         let z0 = pose.guess(&q0, &v0);
-        let mut is_complete = true;
+        let (end, at_end) = end_of(problem, &mut pose, [&q0, &v0]);
+        let reach = if is_outside_at_start(problem) { Reach::Impossible } else { at_end };
         let mut z = match guess {
             Guess::States { q, v } => {
                 let of = |i: usize, node: usize| {
@@ -171,11 +173,7 @@ impl Line {
                 };
                 DMatrix::from_fn(z0.len(), nodes, of)
             }
-            _ => {
-                let (end, is_found) = pose.end([&q0, &v0], times[nodes - 1], &ends);
-                is_complete = is_found || !depends_on_states_alone(problem);
-                straight(&z0, &end, &times)
-            }
+            _ => straight(&z0, &end, &times),
         };
         if start > 0 {
             starts::bend(&mut z, &times, start);
@@ -192,7 +190,7 @@ impl Line {
             q.set_column(node, &here);
             v.set_column(node, &rates);
         }
-        Some(Line { coordinates, q, v, is_complete })
+        Some(Line { coordinates, q, v, reach })
     }
 }
 
@@ -208,20 +206,6 @@ fn straight(start: &[f64], end: &[f64], times: &[f64]) -> DMatrix<f64> {
             _ => change / duration,
         }
     })
-}
-
-/// The outputs that are terminal values and must have given values.
-fn ends(problem: &MotionProblem) -> Vec<(usize, f64)> {
-    let system = problem.solver.system();
-    let of =
-        |(k, interval): (usize, Interval)| (interval.is_equality() && system.is_terminal(k)).then_some((k, interval.least));
-    problem.constraints().into_iter().enumerate().filter_map(of).collect()
-}
-
-/// True if free quantities change the outputs of a state at the end only through the state, and its time.
-fn depends_on_states_alone(problem: &MotionProblem) -> bool {
-    let is_design = |free: &Free| matches!(free.quantity, Quantity::Design(_));
-    !problem.free().free().iter().any(is_design)
 }
 
 /// q and v at the start of a motion, if there is a consistent one.

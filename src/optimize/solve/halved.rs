@@ -6,6 +6,7 @@ use super::super::free::Quantity;
 use super::super::{MotionProblem, Variables};
 use super::attempt::Known;
 use super::guess::Line;
+use super::reach::Reach;
 use crate::motion::Refinement;
 use crate::{Sum, System};
 
@@ -31,7 +32,7 @@ impl Halved {
         let variables = Variables::new(system, &finer, problem.free().free().to_vec()).ok()?;
         let problem_there = problem.statement().with(finer, variables).ok()?;
         let Line { coordinates, q, v, .. } = &known.line;
-        let line = Line { coordinates: coordinates.clone(), q: between(q), v: between(v), is_complete: true };
+        let line = Line { coordinates: coordinates.clone(), q: between(q), v: between(v), reach: Reach::Found };
         let mut near = known.near.clone();
         near.slopes =
             problem.free().parts().flat_map(|(free, range)| of_halves(&free.quantity, &near.slopes[range])).collect();

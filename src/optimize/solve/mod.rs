@@ -6,6 +6,7 @@ mod division;
 mod guess;
 mod halved;
 mod pose;
+mod reach;
 mod sensitivity;
 mod solved;
 mod starts;
@@ -34,8 +35,9 @@ const ALIKE: f64 = 1e-4;
 /// ([`stages`](super::stages())). Then their starts q and p\* become variables, so that the result is a single motion, which minimises J as the
 /// problem states it. Segments of different lengths are tried until one of them leads to a minimum; if none does,
 /// [`interior_point`](super::interior_point()) starts from the inputs of the problem as one motion. If no state at the end has the values that are asked
-/// for, one motion is tried first, and [`Reason::Infeasible`](super::Reason::Infeasible) ends the search. If nothing leads to a minimum, the outcome is that
-/// with the smallest violation.
+/// for, one motion is tried first, and [`Reason::Infeasible`](super::Reason::Infeasible) ends the search. Constraints on states at the first or the last
+/// node that contradict each other or a fixed start end it after at most 100 iterations. If nothing leads to a minimum, the outcome is that with the
+/// smallest violation.
 ///
 /// If the duration is free, a feasible motion with about the duration of the start is sought first, without the bounds of the controls.
 ///

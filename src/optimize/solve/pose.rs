@@ -3,7 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 
+use super::super::problem::Interval;
 use super::super::segment::Segment;
+use super::reach::Reach;
 use crate::number::Random;
 use crate::solver::Asked;
 use crate::{Coordinate, Error, Inputs, Settings, System};
@@ -16,9 +18,11 @@ const CLOSE: f64 = 1e-10;
 const RANK: f64 = 1e-8;
 /// Largest change of an angle in an iteration, rad.
 const TURN: f64 = 0.5;
+/// The gradient of half the sum of squares of residuals is zero below this fraction of the sum.
+const LEAST: f64 = 1e-6;
 /// Residuals of a state that was found, and the number of random poses from which it is sought.
 const FOUND: f64 = 1e-6;
-const POSES: usize = 10;
+const POSES: usize = 30;
 
 /// A state with the outputs that are terminal values: the end of the motion as a segment without steps.
 pub(super) struct Pose {
@@ -53,13 +57,13 @@ impl Pose {
         [self.segment.near().unwrap_or_else(|| guess.clone()), DVector::zeros(guess.len())]
     }
 
-    /// The state z near z₀ in which outputs have given values, or the last one that Newton's method found; and whether they have them. If the
+    /// The state z near z₀ in which outputs lie in given intervals, or the last one that Newton's method found; and whether they do. If the
     /// method fails from z₀, as where derivatives vanish by symmetry, it starts from random poses, and the state nearest to z₀ is taken.
-    pub(super) fn end(&mut self, [q0, v0]: [&DVector<f64>; 2], time: f64, ends: &[(usize, f64)]) -> (Vec<f64>, bool) {
+    pub(super) fn end(&mut self, [q0, v0]: [&DVector<f64>; 2], time: f64, asked: &[(usize, Interval)]) -> (Vec<f64>, Reach) {
         let z0 = self.guess(q0, v0);
-        let from_start = self.newton(&z0, time, ends);
-        if from_start.is_found {
-            return (from_start.z, true);
+        let from_start = self.newton(&z0, time, asked);
+        if from_start.reach == Reach::Found {
+            return (from_start.z, Reach::Found);
         }
         let angles = self.angles.clone();
         let positions = || (0..z0.len()).step_by(2);
@@ -73,31 +77,43 @@ impl Pose {
         });
         let tried = poses.map(|z| {
             self.guess(q0, v0);
-            self.newton(&z, time, ends)
+            self.newton(&z, time, asked)
         });
-        let distance = |end: &End| positions().map(|i| (end.z[i] - z0[i]).powi(2)).sum::<f64>();
-        let found = tried.filter(|end| end.is_found).min_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let is_found = found.is_some();
-        (found.unwrap_or(from_start).z, is_found)
+        let tried: Vec<End> = tried.collect();
+        let distance = |end: &&End| positions().map(|i| (end.z[i] - z0[i]).powi(2)).sum::<f64>();
+        let found = tried.iter().filter(|end| end.reach == Reach::Found);
+        match found.min_by(|a, b| distance(a).total_cmp(&distance(b))) {
+            Some(found) => (found.z.clone(), Reach::Found),
+            None => {
+                let reach = tried.iter().fold(from_start.reach, |least, end| least.min(end.reach));
+                (from_start.z, reach)
+            }
+        }
     }
 
-    /// z near another one in which outputs have given values, as nearly as Newton's method finds it. Angles change by at most [`TURN`] in an
+    /// z near another one in which outputs lie in given intervals, as nearly as Newton's method finds it. Angles change by at most [`TURN`] in an
     /// iteration, so that the method does not wind them up.
-    fn newton(&mut self, from: &[f64], time: f64, ends: &[(usize, f64)]) -> End {
-        let asked: Vec<Asked> = ends.iter().map(|(output, _)| Asked::Output(*output)).collect();
+    fn newton(&mut self, from: &[f64], time: f64, asked: &[(usize, Interval)]) -> End {
+        let outputs: Vec<Asked> = asked.iter().map(|(output, _)| Asked::Output(*output)).collect();
         let left = |segment: &mut Segment, z: &DVector<f64>| {
             let (_, found) = segment.try_at(z.as_slice(), time).ok()?;
-            Some(DVector::from_iterator(ends.len(), ends.iter().map(|(output, value)| found[*output] - value)))
+            let excess = |(output, to): &(usize, Interval)| found[*output] - to.nearest(found[*output]);
+            Some(DVector::from_iterator(asked.len(), asked.iter().map(excess)))
         };
         let Pose { segment, angles } = self;
         let mut z = DVector::from_column_slice(from);
-        let Some(mut r) = left(segment, &z) else { return End { z: from.to_vec(), is_found: false } };
+        let Some(mut r) = left(segment, &z) else { return End { z: from.to_vec(), reach: Reach::Unknown } };
+        let mut is_least = false;
         for _ in 0..ITERATIONS {
             segment.settle();
-            let mut jacobian = DMatrix::zeros(ends.len(), z.len());
-            if r.amax() < CLOSE || segment.jacobian(&asked, &mut jacobian).is_err() {
+            let mut jacobian = DMatrix::zeros(asked.len(), z.len());
+            if r.amax() < CLOSE || segment.jacobian(&outputs, &mut jacobian).is_err() {
                 break;
             }
+            let is_inside = |i: &usize| r[*i] == 0.0 && !asked[*i].1.is_equality();
+            (0..asked.len()).filter(is_inside).for_each(|i| jacobian.fill_row(i, 0.0));
+            // Along the change of each variable by 1 m, 1 rad or their rates.
+            is_least = jacobian.tr_mul(&r).amax() <= LEAST * r.norm_squared();
             let svd = jacobian.svd(true, true);
             let Ok(step) = svd.solve(&r, RANK * svd.singular_values.max()) else { break };
             let turns = step.iter().step_by(2).zip(&*angles).filter(|(_, is_angle)| **is_angle);
@@ -110,13 +126,17 @@ impl Pose {
             let Some((next, after)) = tried else { break };
             (z, r) = (next, after);
         }
-        End { z: z.as_slice().to_vec(), is_found: r.amax() < FOUND }
+        let reach = match r.amax() < FOUND {
+            true => Reach::Found,
+            false if is_least => Reach::Impossible,
+            false => Reach::Unknown,
+        };
+        End { z: z.as_slice().to_vec(), reach }
     }
 }
 
 /// The end of Newton's method for the state at the end.
 struct End {
     z: Vec<f64>,
-    /// True if the outputs have their values there.
-    is_found: bool,
+    reach: Reach,
 }

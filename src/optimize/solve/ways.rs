@@ -5,11 +5,14 @@ use super::super::{MotionProblem, Options, Outcome, Reason, Watcher, interior_po
 use super::attempt::{Haste, Known, in_segments, near_optimum};
 use super::division::counts;
 use super::guess::{Guess, Line};
+use super::reach::Reach;
 use super::solved::{Attempt, Solved};
 use crate::Error;
 
 /// Number of ways that are tried from starts after the first one.
 const FEW: usize = 2;
+/// The largest number of iterations if no state at the end has the values asked for.
+const MOST_IMPOSSIBLE: usize = 100;
 
 /// True for a minimum of the problem as stated; false also for segments that meet but violate the constraints as a single motion.
 pub(super) fn is_solved(outcome: &Outcome, options: &Options) -> bool {
@@ -64,8 +67,9 @@ pub(super) fn from_start(
     let start = problem.start();
     let mut best: Option<Outcome> = None;
     // Targets out of reach: segments would fail, too, but would not say so.
-    if line.as_ref().is_some_and(|line| !line.is_complete) {
-        let outcome = as_one_motion(problem, &start, (options, &mut attempts), watch)?;
+    let reach = line.as_ref().map_or(Reach::Found, |line| line.reach);
+    if reach != Reach::Found {
+        let outcome = as_one_motion(problem, (&start, reach), (options, &mut attempts), watch)?;
         if is_final(&outcome, options) || outcome.reason == Reason::Infeasible {
             return Ok(Solved { outcome, attempts });
         }
@@ -86,7 +90,7 @@ pub(super) fn from_start(
     let outcome = match best {
         Some(outcome) if is_tried => outcome,
         best => {
-            let outcome = as_one_motion(problem, &start, (options, &mut attempts), watch)?;
+            let outcome = as_one_motion(problem, (&start, reach), (options, &mut attempts), watch)?;
             if is_final(&outcome, options) || outcome.reason == Reason::Infeasible {
                 return Ok(Solved { outcome, attempts });
             }
@@ -97,17 +101,23 @@ pub(super) fn from_start(
     Ok(Solved { outcome, attempts })
 }
 
-/// Solves from the inputs of the problem without segments, and adds the attempt.
+/// Solves from the inputs of the problem without segments, and adds the attempt. If no state at the end has the values asked for, it ends after few
+/// iterations, as infeasible.
 ///
 /// # Errors
 /// A problem without Hessian products.
 fn as_one_motion(
     problem: &mut MotionProblem,
-    start: &[f64],
+    (start, reach): (&[f64], Reach),
     (options, attempts): (&Options, &mut Vec<Attempt>),
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    let outcome = interior_point(problem, start, options, watch)?;
+    let most = if reach == Reach::Impossible { MOST_IMPOSSIBLE } else { usize::MAX };
+    let few = Options { iterations: options.iterations.min(most), ..*options };
+    let mut outcome = interior_point(problem, start, &few, watch)?;
+    if reach == Reach::Impossible && !is_final(&outcome, options) {
+        outcome.reason = Reason::Infeasible;
+    }
     attempts.push(Attempt::of("one motion".into(), &outcome, options));
     Ok(outcome)
 }

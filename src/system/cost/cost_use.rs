@@ -63,6 +63,13 @@ impl CostUse {
         self.any([|_| Slot::T])
     }
 
+    /// Whether anything but q, v and constants is needed.
+    pub fn more_than_states(&self) -> Depends {
+        let others: [fn(usize) -> Slot; 8] =
+            [Slot::PStar, Slot::PStarDot, Slot::VDot, Slot::Lambda, Slot::Sigma, Slot::U, Slot::UDot, |_| Slot::T];
+        self.any(others)
+    }
+
     /// Whether σ, or p* or ṗ*, which contain it, is needed.
     pub fn multipliers(&self) -> Depends {
         self.any([Slot::Sigma, Slot::PStar, Slot::PStarDot])
