@@ -75,7 +75,7 @@ class _Stated:
         this fraction of J, and of each constrained output or 1 m or rad, whichever is larger; `inputs` of the optimum have this grid, and `scheme` is its scheme.
 
         `callback(iterate, x)` may return True to stop. It receives the iterates of the first start, and the best point after each group of other starts. With
-        `progress`, a bar by tqdm counts these calls. Options are those of `minimise`; `iterations` limits each attempt, which has at most 200 in segments.
+        `progress`, a bar by tqdm counts these calls. Options are those of `minimise`; `iterations` limits each attempt, which has at most 400 in segments.
         """
         found = self._solve(guess, (starts, accuracy), callback, progress, options)
         warn(found.warnings)
