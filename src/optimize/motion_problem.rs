@@ -141,7 +141,12 @@ impl MotionProblem {
     /// # Panics
     /// If the output belongs to another scene.
     pub fn constrain(&mut self, output: Output, to: Interval) {
-        self.constraints[self.solver.system().place_of(output)] = to;
+        self.set(self.solver.system().place_of(output), to);
+    }
+
+    /// Sets the interval of the output with an index.
+    pub(super) fn set(&mut self, output: usize, to: Interval) {
+        self.constraints[output] = to;
     }
 
     /// Sets the same interval for several outputs, for example for those of [`Scene::outputs_at`](crate::Scene::outputs_at).

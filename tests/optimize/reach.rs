@@ -175,3 +175,19 @@ fn the_guess_satisfies_limits_at_the_last_node() {
         assert!(elbow >= to.least - 1e-8 && elbow <= to.most + 1e-8, "{angles:?}");
     }
 }
+
+#[test]
+fn limits_that_the_start_touches_do_no_harm() {
+    // The elbow is straight at the start, at the limit, and must not bend backwards.
+    let (mut problem, _, path) = limited([0.5, 0.3], 25.0);
+    problem.constrain_all(&path, Interval::new(0.0, 2.5));
+    let stated = problem.constraints();
+    let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits");
+    println!("{found}");
+    assert!(found.outcome.reason == Reason::Stationary && found.attempts.len() == 1, "{found}");
+    let next = solve(&mut problem, Guess::from(&found.outcome), &Options::default(), &mut silent).expect("fits");
+    assert!(next.outcome.iterations < 4 && next.attempts.len() == 1, "{next}");
+    let by = sensitivities(&mut problem, &found.outcome, &[Parameter::Bound(0)], &Options::default()).expect("a minimum");
+    assert!(by[0].value.is_finite() && by[0].x.iter().all(|x| x.is_finite()), "{by:?}");
+    assert_eq!(problem.constraints(), stated);
+}

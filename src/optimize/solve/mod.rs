@@ -18,6 +18,7 @@ use crate::solver::each;
 use accuracy::make_accurate;
 pub(super) use guess::start_of;
 pub use guess::{Guess, Search};
+use reach::without_known;
 pub use sensitivity::{Parameter, Sensitivity, sensitivities};
 pub use solved::{Attempt, Solved};
 use starts::Starts;
@@ -88,9 +89,11 @@ pub fn solve(
     let search = search.into();
     options.fit(problem, &problem.start())?;
     search.check(problem)?;
-    let mut found = from_all_starts(problem, &search, options, watch)?;
-    make_accurate(problem, &mut found, (search.accuracy, options), watch)?;
-    Ok(found)
+    without_known(problem, options.violation, |problem| {
+        let mut found = from_all_starts(problem, &search, options, watch)?;
+        make_accurate(problem, &mut found, (search.accuracy, options), watch)?;
+        Ok(found)
+    })
 }
 
 /// Solves from all starts of a search.

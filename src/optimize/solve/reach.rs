@@ -6,7 +6,7 @@ use super::super::free::Quantity;
 use super::super::problem::{Interval, Problem};
 use super::super::{Free, MotionProblem};
 use super::pose::Pose;
-use crate::Solver;
+use crate::{Error, Solver};
 
 /// Whether a state has the values asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -63,19 +63,50 @@ pub(super) fn end_of(problem: &MotionProblem, pose: &mut Pose, start: [&DVector<
 
 /// True if the start is fixed and violates constraints at the first node.
 pub(super) fn is_outside_at_start(problem: &MotionProblem) -> bool {
+    known_at_start(problem).into_iter().any(|Known { excess, size, .. }| excess > ROUNDING * size.max(1.0))
+}
+
+/// An output that a fixed start determines.
+struct Known {
+    output: usize,
+    /// The distance from its interval.
+    excess: f64,
+    size: f64,
+}
+
+fn known_at_start(problem: &MotionProblem) -> Vec<Known> {
     let system = problem.solver.system();
     let changes_start = |of: &Quantity| matches!(of, Quantity::Design(_) | Quantity::Coordinate(_) | Quantity::Rate(_));
     let here = asked(problem, |&(k, to)| to != Interval::FREE && system.is_of_state(k, 0, false));
     if here.is_empty() || has_free(problem, changes_start) {
-        return false;
+        return Vec::new();
     }
     let (mut inputs, mut solver) = (problem.inputs_at(&problem.start()), Solver::new(system, problem.solver.settings()));
     inputs.events.clear();
     inputs.controls = inputs.controls.columns(0, 1).into_owned();
     inputs.grid = inputs.grid.part(0, 0);
     if solver.simulate(&inputs).is_err() {
-        return false;
+        return Vec::new();
     }
-    let Ok(found) = solver.outputs() else { return false };
-    here.iter().any(|&(k, to)| (found[k] - to.nearest(found[k])).abs() > ROUNDING * found[k].abs().max(1.0))
+    let Ok(found) = solver.outputs() else { return Vec::new() };
+    let known = |(output, to): (usize, Interval)| {
+        let value = found[output];
+        Known { output, excess: (value - to.nearest(value)).abs(), size: value.abs() }
+    };
+    here.into_iter().map(known).collect()
+}
+
+/// Does some work without the constraints that a fixed start satisfies, of which those whose bounds it touches would leave nothing inside the bounds.
+pub(super) fn without_known<T>(
+    problem: &mut MotionProblem,
+    allowed: f64,
+    work: impl FnOnce(&mut MotionProblem) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let stated = problem.constraints();
+    let held: Vec<usize> =
+        known_at_start(problem).into_iter().filter(|of| of.excess <= allowed).map(|of| of.output).collect();
+    held.iter().for_each(|&output| problem.set(output, Interval::FREE));
+    let done = work(problem);
+    held.iter().for_each(|&output| problem.set(output, stated[output]));
+    done
 }

@@ -5,6 +5,7 @@ use super::super::stages::{Change, derivatives};
 use super::super::{MotionProblem, Options, Outcome};
 use super::attempt::{At, Known, at_motion};
 use super::guess::Guess;
+use super::reach::without_known;
 use super::ways::settles_at;
 use crate::{Error, Output};
 
@@ -85,10 +86,12 @@ pub fn sensitivities(
         Parameter::Bound(i) => Err(Error::NoSuchInput { input: format!("variable {i} of {variables}") }),
     };
     let changes = by.iter().map(change).collect::<Result<Vec<_>, Error>>()?;
-    settles_at(problem, &minimum.x)?;
-    let known = Known::of(problem, &minimum.multipliers)?;
-    let At { mut shooting, x, near } = at_motion(problem, &known)?;
-    let found = derivatives(&mut shooting, (&x, &near), &changes, options)?;
+    let found = without_known(problem, options.violation, |problem| {
+        settles_at(problem, &minimum.x)?;
+        let known = Known::of(problem, &minimum.multipliers)?;
+        let At { mut shooting, x, near } = at_motion(problem, &known)?;
+        derivatives(&mut shooting, (&x, &near), &changes, options)
+    })?;
     let of_problem = |x: Vec<f64>| x[..variables].to_vec();
     Ok(found.into_iter().map(|of| Sensitivity { x: of_problem(of.x), value: of.value }).collect())
 }
