@@ -110,9 +110,9 @@ impl<R: Real> Grid<R> {
     }
 
     /// The part of the grid between two nodes. Its nodes keep their numbers in costs at single nodes ([`Sum::Node`](crate::Sum::Node)), errors and
-    /// warnings. A node shared by two parts belongs to the first of them, unless the second one has no steps. Restarts remain at the nodes of the whole grid, even if a part begins
-    /// inside a macro step. A part has the order of the [`Composition`](crate::Composition) if it starts with the q and p\* of its first node
-    /// ([`Start::Momentum`](crate::Start::Momentum)).
+    /// warnings. A node shared by two parts belongs to the first of them, unless the second one has no steps. Restarts remain at the nodes of the
+    /// whole grid, even if a part begins inside a macro step. A part has the order of the [`Composition`](crate::Composition) if it starts with the
+    /// q and p\* of its first node ([`Start::Momentum`](crate::Start::Momentum)).
     ///
     /// # Panics
     /// If the grid does not contain these nodes in this order.

@@ -1,15 +1,15 @@
 //! [`Guess`]: states of a motion from which [`solve`](super::solve()) starts.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 
 use super::super::problem::Problem;
 use super::super::{MotionProblem, Outcome};
 use super::pose::Pose;
-use super::reach::{Reach, end_of, is_outside_at_start, values_at_end};
+use super::reach::{Reach, end_of, is_outside_at_start, start_of, values_at_end};
 use super::starts;
 use crate::assembly::Retraction;
 use crate::motion::check_size;
-use crate::{Coordinate, Error, Inputs, Settings, Solver, System};
+use crate::{Coordinate, Error};
 
 /// A guess of the states of a motion.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -136,7 +136,7 @@ pub(super) struct Line {
     pub(super) coordinates: Vec<Coordinate>,
     pub(super) q: DMatrix<f64>,
     pub(super) v: DMatrix<f64>,
-    /// Whether the states at the ends can be as asked.
+    /// Whether a motion can begin and end as the constraints ask.
     pub(super) reach: Reach,
 }
 
@@ -206,15 +206,4 @@ fn straight(start: &[f64], end: &[f64], times: &[f64]) -> DMatrix<f64> {
             _ => change / duration,
         }
     })
-}
-
-/// q and v at the start of a motion, if there is a consistent one.
-pub(in super::super) fn start_of(system: &System, settings: Settings, inputs: &Inputs) -> Option<[DVector<f64>; 2]> {
-    let mut solver = Solver::new(system, settings);
-    let mut own = inputs.clone();
-    own.grid = inputs.grid.part(0, 0);
-    own.controls = inputs.controls.columns(0, 1).into_owned();
-    own.events.clear();
-    let motion = solver.simulate(&own).ok()?;
-    Some([&motion.q, &motion.v].map(|of| of.column(0).into_owned()))
 }

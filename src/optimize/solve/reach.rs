@@ -1,4 +1,4 @@
-//! [`Reach`]: whether the states at the ends of a motion can be as the constraints ask.
+//! [`Reach`]: whether a motion can begin and end in states that satisfy the constraints there.
 
 use nalgebra::DVector;
 
@@ -6,14 +6,14 @@ use super::super::free::Quantity;
 use super::super::problem::{Interval, Problem};
 use super::super::{Free, MotionProblem};
 use super::pose::Pose;
-use crate::{Error, Solver};
+use crate::{Error, Inputs, Settings, Solver, System};
 
-/// Whether a state has the values asked for.
+/// The result of a search for a state that satisfies constraints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Reach {
-    /// One has.
+    /// A state satisfies them.
     Found,
-    /// None was found.
+    /// No such state was found.
     Unknown,
     /// The constraints contradict each other: the sum of squares of what is left is minimal wherever Newton's method ended.
     Impossible,
@@ -22,16 +22,13 @@ pub(super) enum Reach {
 /// Smaller relative violations at the start are rounding errors.
 const ROUNDING: f64 = 1e-6;
 
-/// Outputs, and the intervals in which they must lie.
-type Asked = Vec<(usize, Interval)>;
-
 /// The outputs that must have given values at the end.
-pub(super) fn values_at_end(problem: &MotionProblem) -> Asked {
+pub(super) fn values_at_end(problem: &MotionProblem) -> Vec<(usize, Interval)> {
     let system = problem.solver.system();
     asked(problem, |&(k, to)| to.is_equality() && system.is_terminal(k))
 }
 
-fn asked(problem: &MotionProblem, is_asked: impl Fn(&(usize, Interval)) -> bool) -> Asked {
+fn asked(problem: &MotionProblem, is_asked: impl Fn(&(usize, Interval)) -> bool) -> Vec<(usize, Interval)> {
     problem.constraints().into_iter().enumerate().filter(is_asked).collect()
 }
 
@@ -63,37 +60,49 @@ pub(super) fn end_of(problem: &MotionProblem, pose: &mut Pose, start: [&DVector<
 
 /// True if the start is fixed and violates constraints at the first node.
 pub(super) fn is_outside_at_start(problem: &MotionProblem) -> bool {
-    known_at_start(problem).into_iter().any(|Known { excess, size, .. }| excess > ROUNDING * size.max(1.0))
+    at_fixed_start(problem).into_iter().any(|of| of.excess > ROUNDING * of.value.abs().max(1.0))
 }
 
 /// An output that a fixed start determines.
-struct Known {
+struct AtStart {
     output: usize,
+    value: f64,
     /// The distance from its interval.
     excess: f64,
-    size: f64,
 }
 
-fn known_at_start(problem: &MotionProblem) -> Vec<Known> {
+fn at_fixed_start(problem: &MotionProblem) -> Vec<AtStart> {
     let system = problem.solver.system();
     let changes_start = |of: &Quantity| matches!(of, Quantity::Design(_) | Quantity::Coordinate(_) | Quantity::Rate(_));
     let here = asked(problem, |&(k, to)| to != Interval::FREE && system.is_of_state(k, 0, false));
     if here.is_empty() || has_free(problem, changes_start) {
         return Vec::new();
     }
-    let (mut inputs, mut solver) = (problem.inputs_at(&problem.start()), Solver::new(system, problem.solver.settings()));
-    inputs.events.clear();
-    inputs.controls = inputs.controls.columns(0, 1).into_owned();
-    inputs.grid = inputs.grid.part(0, 0);
-    if solver.simulate(&inputs).is_err() {
-        return Vec::new();
-    }
-    let Ok(found) = solver.outputs() else { return Vec::new() };
-    let known = |(output, to): (usize, Interval)| {
+    let solved = solved_start(system, problem.solver.settings(), &problem.inputs_at(&problem.start()));
+    let Some(found) = solved.and_then(|solver| solver.outputs().ok()) else { return Vec::new() };
+    let at_start = |(output, to): (usize, Interval)| {
         let value = found[output];
-        Known { output, excess: (value - to.nearest(value)).abs(), size: value.abs() }
+        AtStart { output, value, excess: (value - to.nearest(value)).abs() }
     };
-    here.into_iter().map(known).collect()
+    here.into_iter().map(at_start).collect()
+}
+
+/// q and v at the start of a motion, if there is a consistent one.
+pub(in super::super) fn start_of(system: &System, settings: Settings, inputs: &Inputs) -> Option<[DVector<f64>; 2]> {
+    let solver = solved_start(system, settings, inputs)?;
+    let motion = solver.trajectory();
+    Some([&motion.q, &motion.v].map(|of| of.column(0).into_owned()))
+}
+
+/// A solver with the start of a motion as a motion without steps; `None` if the start is not consistent.
+fn solved_start(system: &System, settings: Settings, inputs: &Inputs) -> Option<Solver> {
+    let mut solver = Solver::new(system, settings);
+    let mut own = inputs.clone();
+    own.grid = inputs.grid.part(0, 0);
+    own.controls = inputs.controls.columns(0, 1).into_owned();
+    own.events.clear();
+    solver.simulate(&own).ok()?;
+    Some(solver)
 }
 
 /// Does some work without the constraints that a fixed start satisfies, of which those whose bounds it touches would leave nothing inside the bounds.
@@ -104,7 +113,7 @@ pub(super) fn without_known<T>(
 ) -> Result<T, Error> {
     let stated = problem.constraints();
     let held: Vec<usize> =
-        known_at_start(problem).into_iter().filter(|of| of.excess <= allowed).map(|of| of.output).collect();
+        at_fixed_start(problem).into_iter().filter(|of| of.excess <= allowed).map(|of| of.output).collect();
     held.iter().for_each(|&output| problem.set(output, Interval::FREE));
     let done = work(problem);
     held.iter().for_each(|&output| problem.set(output, stated[output]));

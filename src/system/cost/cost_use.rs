@@ -63,7 +63,7 @@ impl CostUse {
         self.any([|_| Slot::T])
     }
 
-    /// Whether anything but q, v and constants is needed.
+    /// Whether arguments other than q, v and constants are needed.
     pub fn more_than_states(&self) -> Depends {
         let others: [fn(usize) -> Slot; 8] =
             [Slot::PStar, Slot::PStarDot, Slot::VDot, Slot::Lambda, Slot::Sigma, Slot::U, Slot::UDot, |_| Slot::T];
