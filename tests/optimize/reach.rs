@@ -191,3 +191,17 @@ fn limits_that_the_start_touches_do_no_harm() {
     assert!(by[0].value.is_finite() && by[0].x.iter().all(|x| x.is_finite()), "{by:?}");
     assert_eq!(problem.constraints(), stated);
 }
+
+#[test]
+fn given_states_are_tried_although_no_end_was_found() {
+    let (mut problem, _) = arm([2.0, 0.0], 1e3);
+    let system = problem.solver.system().clone();
+    let guess = Guess::States {
+        q: nalgebra::DMatrix::from_fn(system.n(), 41, |i, _| system.initial_coordinates()[i]),
+        v: nalgebra::DMatrix::zeros(system.n(), 41),
+    };
+    let few = Options { iterations: 5, ..Options::default() };
+    let found = solve(&mut problem, guess, &few, &mut silent).expect("fits");
+    println!("{found}");
+    assert!(found.attempts[0].what.ends_with("segments"), "{found}");
+}

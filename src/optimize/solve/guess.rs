@@ -165,7 +165,12 @@ impl Line {
         let times = inputs.grid.times();
         let z0 = pose.guess(&q0, &v0);
         let (end, at_end) = end_of(problem, &mut pose, [&q0, &v0]);
-        let reach = if is_outside_at_start(problem) { Reach::Impossible } else { at_end };
+        let reach = match (at_end, guess) {
+            _ if is_outside_at_start(problem) => Reach::Impossible,
+            // Given states may end where Newton's method does not.
+            (Reach::Unknown, Guess::States { .. }) => Reach::Found,
+            _ => at_end,
+        };
         let mut z = match guess {
             Guess::States { q, v } => {
                 let of = |i: usize, node: usize| {
