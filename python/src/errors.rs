@@ -59,7 +59,7 @@ fn class(error: &Error) -> &'static str {
         | EventsInPart
         | Memory { .. }
         | OutOfMemory { .. } => "InputError",
-        NotInSegments { .. } | NotFree { .. } | NoMinimum { .. } => "OptimiseError",
+        NotInSegments { .. } | NotAVariable { .. } | NotFree { .. } | NoMinimum { .. } => "OptimiseError",
         _ => "MotionError",
     }
 }

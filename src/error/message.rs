@@ -259,6 +259,11 @@ impl fmt::Display for Error {
                  use other units, scale the cost, shorten a motion that amplifies every change, or change the input"
             ),
             Error::NoMinimum { why } => write!(f, "the point is not a minimum at which derivatives exist: {why}; solve the problem first"),
+            Error::NotAVariable { what, variables } => write!(
+                f,
+                "{what} is not among the {variables} variables of this problem; only quantities given to `Variables::new` as free are \
+                 (`MotionProblem::free` lists them)"
+            ),
             Error::NotInSegments { what, why } => write!(f, "multiple shooting does not support {what}: {why}"),
             Error::NoSuchInput { input } => {
                 write!(f, "{input} is not an input of this motion; its handle may belong to another scene (`check::Input::all` lists all inputs)")

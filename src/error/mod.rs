@@ -371,6 +371,13 @@ pub enum Error {
         /// The reason, and what to do.
         why: &'static str,
     },
+    /// A quantity is not a variable of the problem.
+    NotAVariable {
+        /// The quantity.
+        what: String,
+        /// The number of variables.
+        variables: usize,
+    },
     /// A point at which derivatives of a minimum were requested is not a minimum of the problem.
     NoMinimum {
         /// The reason.

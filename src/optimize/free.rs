@@ -111,6 +111,17 @@ pub(super) struct Subject {
 }
 
 impl Quantity {
+    /// The control, if it is one.
+    pub(super) fn control(&self) -> Option<Control> {
+        match *self {
+            Quantity::Control(control)
+            | Quantity::LinearControl(control, _)
+            | Quantity::PiecewiseControl(control, _)
+            | Quantity::SplineControl(control, _) => Some(control),
+            _ => None,
+        }
+    }
+
     /// The input that is free.
     pub(super) fn subject(&self) -> Subject {
         let handled = |kind, handle: Handle| Subject { kind, index: handle.index, handle: Some(handle) };

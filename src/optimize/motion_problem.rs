@@ -57,7 +57,7 @@ impl Statement {
     pub(super) fn at(&self, x: &[f64]) -> Result<MotionProblem, Error> {
         let mut inputs = self.inputs.clone();
         self.variables.write(x, &mut inputs);
-        self.with(inputs, self.variables.clone())
+        self.with(inputs, self.variables.clone())?.started_at(x)
     }
 
     /// The problem with another scheme.
@@ -119,6 +119,18 @@ impl MotionProblem {
             constraints: self.constraints.clone(),
             watch: self.solver.forward().watch.shared([0, 0]),
         }
+    }
+
+    /// The problem with this start, of which the inputs have only the controls at nodes.
+    ///
+    /// # Errors
+    /// A wrong number of variables.
+    pub(super) fn started_at(mut self, x: &[f64]) -> Result<Self, Error> {
+        self.sizes().point(x)?;
+        self.known.x.copy_from_slice(x);
+        self.variables.write(x, &mut self.known.inputs);
+        self.tried = self.known.clone();
+        Ok(self)
     }
 
     /// The errors of J and of the outputs at the last evaluated point that the grid causes, if they can be estimated.

@@ -4,12 +4,12 @@ mod accepted;
 mod problem;
 
 use nalgebra::DVector;
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use super::free::{Free, check_reading_times};
 use super::motion_problem::{MotionProblem, default_constraints};
 use super::problem::{Interval, Problem};
-use super::segment::Segment;
+use super::segment::{Part, Segment};
 use super::sizes::Sizes;
 use super::variables::Variables;
 use crate::motion::{Progress, Watch};
@@ -85,8 +85,8 @@ impl MultipleShooting {
     ///
     /// # Errors
     /// Invalid inputs and starts, as for a [`MotionProblem`]; more segments than (macro) steps, or none; states that are too few, repeated,
-    /// determined by constraints or of another scene; controls on coarser knots, or free single step lengths; with constraints, costs on σ, p\*
-    /// or ṗ\*; a free duration if anything depends on time explicitly.
+    /// determined by constraints or of another scene; free single step lengths; controls on coarser knots with steps of different signs; with
+    /// constraints, costs on σ, p\* or ṗ\*; a free duration if anything depends on time explicitly.
     pub fn new<C: Copy + Into<Coordinate>>(
         system: &System,
         settings: Settings,
@@ -103,18 +103,21 @@ impl MultipleShooting {
         let of_macro_steps: Vec<usize> = inputs.grid.macro_ends().collect();
         // Cut k is after k/segments of the macro steps, rounded down, so that cuts are in order; remaining steps belong to the last segment.
         let cut = |k: usize| (k * of_macro_steps.len() / segments).checked_sub(1).map_or(0, |last| of_macro_steps[last]);
-        let ends = (0..segments).map(|k| (cut(k), if k + 1 < segments { cut(k + 1) } else { inputs.grid.steps.len() }));
+        let end = |k: usize| if k + 1 < segments { cut(k + 1) } else { inputs.grid.steps.len() };
+        let ends: Vec<Range<usize>> = (0..segments).map(|k| cut(k)..end(k)).collect();
+        let knots = whole.knots_of(&ends);
         let mut next = whole.len();
         let mut names: Vec<String> = (0..next).map(|i| whole.name(i).to_string()).collect();
         let mut all = Vec::with_capacity(segments);
-        for (first, last) in ends {
+        for (nodes, knots) in ends.into_iter().zip(knots) {
+            let first = nodes.start;
             if first > 0 {
                 let of = |q: &Coordinate| {
                     ["", "rate of "].map(|of| format!("{of}{} at node {first}", system.coordinate_name(q.index())))
                 };
                 names.extend(states.iter().flat_map(of));
             }
-            all.push(Segment::new((system, settings), &inputs, &free, &states, (first, last), &mut next)?);
+            all.push(Segment::new((system, settings), (&inputs, &whole), &states, Part { nodes, knots }, &mut next)?);
         }
         let mut constraints = default_constraints(system);
         constraints.resize(running.len() + 2 * states.len() * (segments - 1), Interval::ZERO);
@@ -205,6 +208,8 @@ impl MultipleShooting {
         let (system, settings) = (problem.solver.system(), problem.solver.settings());
         let (inputs, free) = (problem.inputs_at(x), problem.free().free().to_vec());
         let mut shooting = MultipleShooting::new(system, settings, inputs, free, states, segments)?;
+        // Coefficients of splines do not follow from controls at nodes.
+        shooting.x[..x.len()].copy_from_slice(x);
         shooting.report_to(&problem.solver.forward().watch);
         for (k, interval) in problem.constraints().into_iter().enumerate() {
             shooting.constrain(system.output(k), interval);

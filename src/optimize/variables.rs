@@ -2,12 +2,16 @@
 
 use std::collections::HashSet;
 use std::mem::{Discriminant, discriminant};
+use std::ops::Range;
 
 use super::free::{Free, Quantity};
 use super::problem::Interval;
 use super::spline::cubic;
 use crate::motion::check_size;
 use crate::{Error, Gradient, Inputs, System};
+
+/// Smaller weights of knots are rounding errors.
+const ROUNDING: f64 = 1e-12;
 
 const NODES: &str = "the nodes of the inputs, which must be those for which the variables were created";
 
@@ -33,6 +37,10 @@ pub struct Variables {
     free: Vec<Free>,
     /// The first variable of each free quantity, and the number of all variables.
     first: Vec<usize>,
+    /// The knots of each free quantity: all, except for controls in a part of a motion.
+    knots: Vec<Range<usize>>,
+    /// The fractions of the duration of the whole motion at the first and at the last node.
+    between: [f64; 2],
     /// The fraction of the duration that has passed at each node.
     shares: Vec<f64>,
     /// The length of each step relative to the duration.
@@ -49,9 +57,8 @@ impl Variables {
     /// length.
     pub fn new(system: &System, inputs: &Inputs, free: Vec<Free>) -> Result<Self, Error> {
         inputs.check(system)?;
-        let (mut first, mut names): (Vec<usize>, Vec<String>) = (vec![0], Vec::new());
         let mut known = HashSet::new();
-        for (at, of) in free.iter().enumerate() {
+        for of in &free {
             let name = of.quantity.name(system, inputs.grid.steps.len())?;
             of.bounds.check(|| format!("`{name}`"))?;
             require(of.scale > 0.0 && of.scale.is_finite(), || format!("the scale of `{name}`"), of.scale, "positive")?;
@@ -78,20 +85,61 @@ impl Variables {
             )?;
             let is_new = known.insert(of.quantity.subject());
             require(is_new, || format!("the number of times that `{name}` is free"), 2.0, "1")?;
-            first.push(first[at] + knots);
-            match knots {
-                1 => names.push(name),
-                _ => names.extend((0..knots).map(|k| format!("{name} [{k}]"))),
-            }
         }
         let is_single = |of: &&Free| matches!(of.quantity, Quantity::StepLength(_));
         let singles = free.iter().filter(is_single).count() as f64;
         let has_duration = free.iter().any(|of| of.quantity == Quantity::Duration);
         let count = || "the number of free individual step lengths, if the duration is free,".into();
         require(singles == 0.0 || !has_duration, count, singles, "0; free either the duration or single step lengths")?;
-        let mut variables = Variables { free, first, shares: Vec::new(), steps: Vec::new(), names };
+        let knots = free.iter().map(|of| 0..of.knots(inputs.grid.nodes())).collect();
+        Variables::with_knots(system, inputs, (free, knots), [0.0, 1.0])
+    }
+
+    /// The variables of a part of a motion between two fractions of its duration, for free quantities with some of their knots.
+    ///
+    /// # Errors
+    /// A quantity that does not exist; a variable that is not finite.
+    pub(super) fn with_knots(
+        system: &System,
+        inputs: &Inputs,
+        (free, knots): (Vec<Free>, Vec<Range<usize>>),
+        between: [f64; 2],
+    ) -> Result<Self, Error> {
+        let (mut first, mut names): (Vec<usize>, Vec<String>) = (vec![0], Vec::new());
+        for (of, knots) in free.iter().zip(&knots) {
+            let name = of.quantity.name(system, inputs.grid.steps.len())?;
+            first.push(names.len() + knots.len());
+            match of.knots(inputs.grid.nodes()) {
+                1 => names.push(name),
+                _ => names.extend(knots.clone().map(|k| format!("{name} [{k}]"))),
+            }
+        }
+        let mut variables = Variables { free, first, knots, between, shares: Vec::new(), steps: Vec::new(), names };
         variables.take(inputs)?;
         Ok(variables)
+    }
+
+    /// For parts of the motion, which begin at the end of the part before: the knots of each free quantity that affect a part. Knots that affect no node
+    /// belong to the part before them.
+    pub(super) fn knots_of(&self, parts: &[Range<usize>]) -> Vec<Vec<Range<usize>>> {
+        let mut all = vec![Vec::with_capacity(self.free.len()); parts.len()];
+        for (free, knots) in self.free.iter().zip(&self.knots) {
+            let used = |nodes: &Range<usize>| {
+                let of_nodes = (nodes.start..=nodes.end).flat_map(|node| self.weights((free, knots), node));
+                let of_nodes = of_nodes.filter(|(_, weight)| weight.abs() > ROUNDING).map(|(knot, _)| knot);
+                let [least, most] = of_nodes.fold([usize::MAX, 0], |[least, most], k| [least.min(k), most.max(k)]);
+                least..most + 1
+            };
+            let is_control = free.quantity.control().is_some();
+            let mut next = knots.len();
+            for (nodes, into) in parts.iter().zip(&mut all).rev() {
+                let used = if is_control { used(nodes) } else { 0..1 };
+                let start = if nodes.start == parts[0].start { 0 } else { used.start };
+                into.push(start..used.end.max(next));
+                next = used.start;
+            }
+        }
+        all
     }
 
     /// # Errors
@@ -182,7 +230,7 @@ impl Variables {
         let mut free = self.free.clone();
         let Some(of) = free.iter_mut().find(|of| of.quantity == *quantity) else {
             let name = quantity.name(system, inputs.grid.steps.len())?;
-            return Err(Error::NoSuchInput { input: format!("`{name}`, which is not free,") });
+            return Err(Error::NotAVariable { what: format!("`{name}`"), variables: self.len() });
         };
         of.bounds = to;
         let Variables { free, .. } = Variables::new(system, inputs, free)?;
@@ -194,13 +242,13 @@ impl Variables {
         &self.free
     }
 
-    pub(super) fn parts(&self) -> impl Iterator<Item = (&Free, std::ops::Range<usize>)> {
+    pub(super) fn parts(&self) -> impl Iterator<Item = (&Free, Range<usize>)> {
         self.free.iter().zip(self.first.windows(2).map(|ends| ends[0]..ends[1]))
     }
 
     /// The free design variables at a point.
     pub(super) fn designs(&self, x: &[f64]) -> Vec<FreeDesign> {
-        let of = |(free, range): (&Free, std::ops::Range<usize>)| match free.quantity {
+        let of = |(free, range): (&Free, Range<usize>)| match free.quantity {
             Quantity::Design(design) => {
                 let variable = range.start;
                 Some(FreeDesign { variable, design: design.index(), slope: free.slope(x[variable]) })
@@ -213,7 +261,7 @@ impl Variables {
     /// The variables of these inputs; controls on coarser knots are sampled at the knots.
     pub fn of(&self, inputs: &Inputs) -> Vec<f64> {
         let mut x = vec![0.0; self.len()];
-        for (free, range) in self.parts() {
+        for ((free, range), knots) in self.parts().zip(&self.knots) {
             let values = &mut x[range];
             match free.quantity {
                 Quantity::Control(control)
@@ -223,7 +271,7 @@ impl Variables {
                     // The first node at which the weight of the knot is largest; if there is none, the value of the previous knot.
                     let mut most = vec![0.0; values.len()];
                     for node in 0..self.shares.len() {
-                        for (knot, weight) in self.weights(&free.quantity, node) {
+                        for (knot, weight) in self.weights((free, knots), node) {
                             if weight > most[knot] {
                                 (most[knot], values[knot]) = (weight, inputs.controls[(control.index(), node)]);
                             }
@@ -282,7 +330,7 @@ impl Variables {
 
     /// Sets the free quantities to the given values or changes.
     fn set(&self, inputs: &mut Inputs, of: impl Fn(&Free, usize) -> f64) {
-        for (free, range) in self.parts() {
+        for ((free, range), knots) in self.parts().zip(&self.knots) {
             let value = |k: usize| of(free, range.start + k);
             match free.quantity {
                 Quantity::Control(control)
@@ -290,7 +338,7 @@ impl Variables {
                 | Quantity::PiecewiseControl(control, _)
                 | Quantity::SplineControl(control, _) => {
                     for node in 0..self.shares.len() {
-                        let sum = self.weights(&free.quantity, node).map(|(knot, weight)| weight * value(knot)).sum();
+                        let sum = self.weights((free, knots), node).map(|(knot, weight)| weight * value(knot)).sum();
                         inputs.controls[(control.index(), node)] = sum;
                     }
                 }
@@ -311,7 +359,7 @@ impl Variables {
     /// As [`push_forward`](Self::push_forward).
     pub fn pull_back(&self, x: &[f64], of: &Gradient, gradient: &mut [f64]) {
         gradient.fill(0.0);
-        for (free, range) in self.parts() {
+        for ((free, range), knots) in self.parts().zip(&self.knots) {
             let g = &mut gradient[range.clone()];
             match free.quantity {
                 Quantity::Control(control)
@@ -320,7 +368,7 @@ impl Variables {
                 | Quantity::SplineControl(control, _) => {
                     for node in 0..self.shares.len() {
                         let row = of.controls[(control.index(), node)];
-                        self.weights(&free.quantity, node).for_each(|(knot, weight)| g[knot] += weight * row);
+                        self.weights((free, knots), node).for_each(|(knot, weight)| g[knot] += weight * row);
                     }
                 }
                 Quantity::Design(design) => g[0] = of.design[design.index()],
@@ -333,10 +381,11 @@ impl Variables {
         }
     }
 
-    /// The knots that determine the control at a node, with their weights.
-    fn weights(&self, of: &Quantity, node: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
-        let share = self.shares[node];
-        let all = match *of {
+    /// Those of the given knots that determine the control at a node, counted from the first one, with their weights.
+    fn weights(&self, (of, knots): (&Free, &Range<usize>), node: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let [before, after] = self.between;
+        let share = before + (after - before) * self.shares[node];
+        let all = match of.quantity {
             Quantity::LinearControl(_, knots) => {
                 let place = share.clamp(0.0, 1.0) * (knots - 1) as f64;
                 let left = (place as usize).min(knots - 2);
@@ -352,9 +401,11 @@ impl Variables {
                 let (first, weights) = cubic(share, coefficients);
                 [0, 1, 2, 3].map(|k| (first + k, weights[k]))
             }
-            _ => only(node),
+            _ => only(knots.start + node),
         };
-        all.into_iter().filter(|(_, weight)| *weight != 0.0)
+        let Range { start, end } = *knots;
+        let is_one = move |(knot, weight): &(usize, f64)| *weight != 0.0 && (start..end).contains(knot);
+        all.into_iter().filter(is_one).map(move |(knot, weight)| (knot - start, weight))
     }
 }
 

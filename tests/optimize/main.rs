@@ -1,5 +1,6 @@
 //! Optimisation: problems with known solutions, the swing-up, the chain rule of what is free, and what goes wrong.
 mod accurate;
+mod coarse;
 #[path = "../common/mod.rs"]
 mod common;
 mod degenerate;

@@ -213,10 +213,8 @@ fn derivatives_of_joined_segments_are_exact() {
     }
 }
 
-/// Gradients, rows of the Jacobian, products and push-forwards beside differences of values and of gradients.
-fn assert_exact(settings: Settings, grid: Grid) {
-    let nodes = grid.nodes();
-    let mut scene = Scene::new();
+/// A pushed cart and a bob that hangs on it, at a distance that is a design variable.
+pub fn cart_and_bob(scene: &mut Scene) -> ([Body; 2], Control, Design) {
     let length = scene.design("length", 0.8);
     let cart = scene.body("cart", 1.0, 0.1, [0.0, 0.0, 0.0]);
     let bob = scene.body("bob", 0.5, 0.02, [0.0, -0.8, -FRAC_PI_2]);
@@ -224,6 +222,14 @@ fn assert_exact(settings: Settings, grid: Grid) {
     scene.revolute("hinge", cart.at(0.0, 0.0), bob.at(-length, 0.0));
     let force = scene.control("force");
     scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, cart.at(0.0, 0.0), force);
+    ([cart, bob], force, length)
+}
+
+/// Gradients, rows of the Jacobian, products and push-forwards beside differences of values and of gradients.
+fn assert_exact(settings: Settings, grid: Grid) {
+    let nodes = grid.nodes();
+    let mut scene = Scene::new();
+    let ([cart, bob], force, length) = cart_and_bob(&mut scene);
     let [far, effort] = ["far", "effort"].map(|name| scene.output(name));
     scene.term(far, "place", Angle, Sum::Terminal, [bob.coordinates[0]], [], [], [0.3.into()]);
     scene.term(effort, "push", Effort, Sum::Integral, [], [], [force], [0.2.into()]);
@@ -246,14 +252,20 @@ fn assert_exact(settings: Settings, grid: Grid) {
     let x: Vec<f64> = problem.start().iter().enumerate().map(|(i, x)| x + 0.01 * (i as f64).cos()).collect();
     let (n, rows) = (problem.variables(), problem.constraints().len());
     assert_eq!((n, rows), (1 + nodes + 1 + 1 + 8, 7 + 8));
-    let direction: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
-    let weights: Vec<f64> = (0..rows).map(|j| (2.1 * j as f64).cos()).collect();
-    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     assert_rows(&mut problem, &x);
     let motions = problem.segments().map(|motion| motion.solver.trajectory());
     let found: Vec<f64> = motions.flat_map(|motion| motion.times[1..].to_vec()).collect();
     let times = problem.inputs_at(&x).grid.times();
     assert!(found.len() + 1 == nodes && found.iter().zip(&times[1..]).all(|(found, t)| (found - t).abs() < 1e-14));
+    assert_changes(&mut problem, &x);
+}
+
+/// Gradients, products and push-forwards beside differences of values and of gradients.
+pub fn assert_changes(problem: &mut MultipleShooting, x: &[f64]) {
+    let (n, rows) = (problem.variables(), problem.constraints().len());
+    let direction: Vec<f64> = (0..n).map(|i| (1.7 * i as f64).sin()).collect();
+    let weights: Vec<f64> = (0..rows).map(|j| (2.1 * j as f64).cos()).collect();
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     let mut along = |step: f64| {
         let moved: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + step * d).collect();
         let mut c = vec![0.0; rows];
@@ -509,8 +521,8 @@ fn what_segments_cannot_do_with_is_named() {
         scene.cost("momentum", Momentum, Sum::Integral, [q[0]], [], [], []);
     };
     assert_says(&wrong(&held, &Free::control, 2, 2), &["`momentum`", "σ", "segment"]);
-    let coarse = |force| Free::new(Quantity::LinearControl(force, 4));
-    assert_says(&wrong(&nothing, &coarse, 3, 2), &["LinearControl", "all nodes"]);
+    let single = |_| Free::new(Quantity::StepLength(2));
+    assert_says(&wrong(&nothing, &single, 3, 2), &["`length of step 2`", "their sum"]);
     assert_says(&wrong(&nothing, &Free::control, 2, 2), &["states", "2", "degrees of freedom"]);
     for segments in [0, 9] {
         assert_says(&wrong(&nothing, &Free::control, 3, segments), &["segments", &segments.to_string()]);

@@ -44,7 +44,7 @@ impl fmt::Display for Identified {
 /// the motions of the guess get out of phase with the readings, or are unstable. Segments of several lengths are tried until the residuals are
 /// explained, or two attempts lead to the same sum of squares; the fit with the lowest sum is returned.
 ///
-/// Free quantities that segments do not support, such as controls on coarser knots, and motions with events are fitted only as they are.
+/// Motions with events, and with free quantities that segments do not support, such as single step lengths, are fitted only as they are.
 ///
 /// The problem is left with the motions of the fit. `options` apply to each fit, and `watch` receives the iterates of all fits, whose values in segments include the distances.
 ///

@@ -50,13 +50,18 @@ pub(super) fn check(
         return Err(Error::NotInSegments { what: format!("`{name}`"), why });
     }
     check_states(system, inputs, states)?;
-    let is_whole = |free: &&Free| {
-        use Quantity::{LinearControl, PiecewiseControl, SplineControl, StepLength};
-        !matches!(free.quantity, LinearControl(..) | PiecewiseControl(..) | SplineControl(..) | StepLength(_))
+    let named = |of: &Free, form: &str, why| {
+        let name = of.quantity.name(system, inputs.grid.steps.len())?;
+        Err(Error::NotInSegments { what: format!("{form} `{name}`"), why })
     };
-    if let Some(of) = free.iter().find(|of| !is_whole(of)) {
-        let why = "controls can be free only at all nodes, and step lengths only through their sum, the duration";
-        return Err(Error::NotInSegments { what: format!("{:?}", of.quantity), why });
+    if let Some(of) = free.iter().find(|of| matches!(of.quantity, Quantity::StepLength(_))) {
+        return named(of, "the free", "step lengths can be free only through their sum, the duration");
+    }
+    let signs = |is_one: fn(&f64) -> bool| inputs.grid.steps.iter().any(is_one);
+    let is_coarse = |of: &&Free| of.quantity.control().is_some() && !matches!(of.quantity, Quantity::Control(_));
+    if let Some(of) = free.iter().find(is_coarse).filter(|_| signs(|dt| *dt > 0.0) && signs(|dt| *dt < 0.0)) {
+        let why = "some steps go forward and some back in time, so knots are not in the order of the nodes; free the control at all nodes";
+        return named(of, "knots of the control", why);
     }
     let is_duration = |of: &Free| of.quantity == Quantity::Duration;
     if let Some(name) = system.timed().filter(|_| segments > 1 && free.iter().any(is_duration)) {

@@ -3,6 +3,7 @@
 mod independent;
 
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
 use super::free::{Free, Quantity};
 use super::motion_problem::MotionProblem;
@@ -21,9 +22,17 @@ pub(super) struct Segment {
     pub(super) last: usize,
     /// The index in the whole problem of each variable of the segment.
     pub(super) places: Vec<usize>,
+    /// The knots that affect the segment, of each free quantity of the whole problem.
+    pub(super) knots: Vec<Range<usize>>,
     begin: Begin,
     /// The variables of the motion at the last point.
     own: Vec<f64>,
+}
+
+/// A part of a motion: its first and last node, and the knots of each free quantity that affect it.
+pub(super) struct Part {
+    pub(super) nodes: Range<usize>,
+    pub(super) knots: Vec<Range<usize>>,
 }
 
 /// The variables of a segment that determine its start; they follow the others.
@@ -44,18 +53,18 @@ impl Segment {
     /// Invalid inputs and variables; states that constraints determine.
     pub(super) fn new(
         (system, settings): (&System, Settings),
-        whole: &Inputs,
-        free: &[Free],
+        (whole, variables): (&Inputs, &Variables),
         states: &[Coordinate],
-        (first, last): (usize, usize),
+        Part { nodes: Range { start: first, end: last }, knots }: Part,
         next: &mut usize,
     ) -> Result<Self, Error> {
-        if free.iter().any(|of| of.quantity == Quantity::Duration) && share(whole, (first, last)) <= 0.0 {
+        let is_timed = variables.free().iter().any(|of| of.quantity == Quantity::Duration);
+        if is_timed && share(whole, first..last) <= 0.0 {
             let why =
                 "one of the segments runs backwards in time or has zero length; use other segments, or fix the duration";
             return Err(Error::NotInSegments { what: "a free duration".into(), why });
         }
-        let (mut own, mut places) = own_variables(free, whole, (first, last));
+        let (mut own, mut places) = own_variables(variables, whole, (first..last, &knots));
         let inputs = own_inputs(system, whole, (first, last));
         let mut begin = Begin::Given;
         if first > 0 {
@@ -63,13 +72,14 @@ impl Segment {
             places.extend(*next..*next + start.len());
             *next += start.len();
             let all = (0..system.n()).map(|i| system.coordinate(i));
-            own.extend(all.clone().map(|q| Free::new(Quantity::Coordinate(q))));
-            own.extend(all.map(|q| Free::new(Quantity::Rate(q))));
+            let state = all.clone().map(Quantity::Coordinate).chain(all.map(Quantity::Rate));
+            own.extend(state.map(|of| (Free::new(of), 0..1)));
             begin = Begin::Independent(Box::new(start));
         }
-        let variables = Variables::new(system, &inputs, own)?;
+        let between = [0..first, 0..last].map(|nodes| share(whole, nodes));
+        let variables = Variables::with_knots(system, &inputs, own.into_iter().unzip(), between)?;
         let motion = MotionProblem::new(system, settings, inputs, variables)?;
-        Ok(Segment { own: motion.start(), motion, first, last, places, begin })
+        Ok(Segment { own: motion.start(), motion, first, last, places, knots, begin })
     }
 
     /// The number of variables that determine only the start.
@@ -224,36 +234,31 @@ impl Segment {
     }
 }
 
-/// The fraction of a motion's duration between two nodes.
-fn share(inputs: &Inputs, (first, last): (usize, usize)) -> f64 {
+/// The fraction of a motion's duration between two nodes; 0 if it has no duration.
+fn share(inputs: &Inputs, nodes: Range<usize>) -> f64 {
     let sum = |steps: &[f64]| steps.iter().sum::<f64>();
-    sum(&inputs.grid.steps[first..last]) / sum(&inputs.grid.steps)
+    let duration = sum(&inputs.grid.steps);
+    if duration == 0.0 { 0.0 } else { sum(&inputs.grid.steps[nodes]) / duration }
 }
 
-/// The free quantities of a segment, and their variables in the whole problem; except for the first segment, without initial values.
-fn own_variables(free: &[Free], inputs: &Inputs, (first, last): (usize, usize)) -> (Vec<Free>, Vec<usize>) {
-    let (mut own, mut places, mut at) = (Vec::new(), Vec::new(), 0);
-    let share = share(inputs, (first, last));
-    for of in free {
-        match of.quantity {
-            Quantity::Control(_) => {
-                places.extend(at + first..=at + last);
-                own.push(of.clone());
-                at += inputs.grid.nodes();
-                continue;
-            }
+/// The free quantities of a segment with their knots, and their variables in the whole problem; except for the first segment, without initial values.
+fn own_variables(
+    whole: &Variables,
+    inputs: &Inputs,
+    (nodes, all_knots): (Range<usize>, &[Range<usize>]),
+) -> (Vec<(Free, Range<usize>)>, Vec<usize>) {
+    let (mut own, mut places) = (Vec::new(), Vec::new());
+    for ((of, range), knots) in whole.parts().zip(all_knots) {
+        let of = match of.quantity {
             Quantity::Duration => {
-                let Interval { least, most } = of.bounds;
-                own.push(Free { scale: of.scale * share, bounds: Interval::new(least * share, most * share), ..of.clone() });
-                places.push(at);
+                let (share, Interval { least, most }) = (share(inputs, nodes.clone()), of.bounds);
+                Free { scale: of.scale * share, bounds: Interval::new(least * share, most * share), ..of.clone() }
             }
-            Quantity::Coordinate(_) | Quantity::Rate(_) if first > 0 => {}
-            _ => {
-                own.push(of.clone());
-                places.push(at);
-            }
-        }
-        at += 1;
+            Quantity::Coordinate(_) | Quantity::Rate(_) if nodes.start > 0 => continue,
+            _ => of.clone(),
+        };
+        own.push((of, knots.clone()));
+        places.extend(knots.clone().map(|knot| range.start + knot));
     }
     (own, places)
 }

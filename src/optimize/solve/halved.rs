@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::super::free::Quantity;
+use super::super::free::{Free, Quantity};
 use super::super::{MotionProblem, Variables};
 use super::attempt::Known;
 use super::guess::Line;
@@ -22,28 +22,36 @@ impl Halved {
         let (system, inputs) = (problem.solver.system(), problem.inputs_at(&problem.start()));
         let grid = &inputs.grid;
         let is_divisible = grid.stages == 1 && inputs.events.is_empty() && grid.steps.iter().all(|step| *step != 0.0);
-        let is_per_node = |free: &Quantity| !matches!(free, Quantity::Control(_)) && matches_steps(free);
-        if !is_divisible || belongs_to_nodes(system) || problem.free().free().iter().any(|of| is_per_node(&of.quantity)) {
+        let is_step = |of: &Free| matches!(of.quantity, Quantity::StepLength(_));
+        if !is_divisible || belongs_to_nodes(system) || problem.free().free().iter().any(is_step) {
             return None;
         }
         let steps: Vec<f64> = grid.steps.iter().flat_map(|step| [0.5 * step; 2]).collect();
         let inserted: Vec<usize> = (0..grid.steps.len()).map(|step| 2 * step + 1).collect();
         let finer = Refinement::new((&steps, &[]), grid.around, &inserted).refine(&inputs);
         let variables = Variables::new(system, &finer, problem.free().free().to_vec()).ok()?;
-        let problem_there = problem.statement().with(finer, variables).ok()?;
+        let refined = |at: &[f64], of: fn(&[f64]) -> Vec<f64>| -> Vec<f64> {
+            let parts = problem.free().parts();
+            parts.flat_map(|(free, range)| if is_at_nodes(free) { of(&at[range]) } else { at[range].to_vec() }).collect()
+        };
+        let x = refined(&problem.start(), |of| between(&row(of)).as_slice().to_vec());
+        let problem_there = problem.statement().with(finer, variables).and_then(|there| there.started_at(&x)).ok()?;
         let Line { coordinates, q, v, .. } = &known.line;
         let line = Line { coordinates: coordinates.clone(), q: between(q), v: between(v), reach: Reach::Found };
         let mut near = known.near.clone();
-        near.slopes =
-            problem.free().parts().flat_map(|(free, range)| of_halves(&free.quantity, &near.slopes[range])).collect();
+        // Derivatives by a control at a node are proportional to the lengths of the steps beside it.
+        near.slopes = refined(&near.slopes, |of| (0.5 * between(&row(of))).as_slice().to_vec());
         Some(Halved { problem: problem_there, known: Known { line, near, segments: known.segments } })
     }
 }
 
-/// True for quantities with a variable for each step or a fixed selection of nodes.
-fn matches_steps(quantity: &Quantity) -> bool {
-    use Quantity::{LinearControl, PiecewiseControl, SplineControl, StepLength};
-    matches!(quantity, LinearControl(..) | PiecewiseControl(..) | SplineControl(..) | StepLength(_))
+/// True for quantities with a variable for each node.
+fn is_at_nodes(free: &Free) -> bool {
+    matches!(free.quantity, Quantity::Control(_))
+}
+
+fn row(of: &[f64]) -> DMatrix<f64> {
+    DMatrix::from_row_slice(1, of.len(), of)
 }
 
 /// True if J or an output is a sum over nodes, or is evaluated at a node or an event: it would be another one on another grid.
@@ -56,15 +64,4 @@ fn belongs_to_nodes(system: &System) -> bool {
 fn between(values: &DMatrix<f64>) -> DMatrix<f64> {
     let nodes = 2 * values.ncols() - 1;
     DMatrix::from_fn(values.nrows(), nodes, |i, k| 0.5 * (values[(i, k / 2)] + values[(i, k.div_ceil(2))]))
-}
-
-/// Derivatives by the variables of a quantity on the halved grid. Those by a control at a node are proportional to the lengths of the steps beside it.
-fn of_halves(quantity: &Quantity, slopes: &[f64]) -> Vec<f64> {
-    match quantity {
-        Quantity::Control(_) => {
-            let half = between(&DMatrix::from_row_slice(1, slopes.len(), slopes));
-            half.iter().map(|slope| 0.5 * slope).collect()
-        }
-        _ => slopes.to_vec(),
-    }
 }

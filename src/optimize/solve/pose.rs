@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
 
 use super::super::problem::Interval;
-use super::super::segment::Segment;
+use super::super::segment::{Part, Segment};
+use super::super::variables::Variables;
 use super::reach::Reach;
 use crate::number::Random;
 use crate::solver::Asked;
@@ -35,7 +36,8 @@ impl Pose {
     pub(super) fn new(system: &System, settings: Settings, inputs: &Inputs, states: &[Coordinate]) -> Result<Self, Error> {
         let (mut own, last) = (inputs.clone(), inputs.grid.steps.len());
         own.events.clear();
-        let segment = Segment::new((system, settings), &own, &[], states, (last, last), &mut 0)?;
+        let (nothing, end) = (Variables::new(system, &own, Vec::new())?, Part { nodes: last..last, knots: Vec::new() });
+        let segment = Segment::new((system, settings), (&own, &nothing), states, end, &mut 0)?;
         let is_angle = |of: &Coordinate| system.sines().coordinates().any(|i| i == of.index());
         Ok(Pose { segment, angles: states.iter().map(is_angle).collect() })
     }

@@ -83,7 +83,7 @@ pub fn sensitivities(
     let change = |parameter: &Parameter| match *parameter {
         Parameter::Target(output) => Ok(Change::Output(problem.solver.system().place_of(output))),
         Parameter::Bound(i) if i < variables => Ok(Change::Variable(i)),
-        Parameter::Bound(i) => Err(Error::NoSuchInput { input: format!("variable {i} of {variables}") }),
+        Parameter::Bound(i) => Err(Error::NotAVariable { what: format!("number {i}, counted from 0,"), variables }),
     };
     let changes = by.iter().map(change).collect::<Result<Vec<_>, Error>>()?;
     let found = without_known(problem, options.violation, |problem| {

@@ -99,11 +99,7 @@ pub(super) fn bend(z: &mut DMatrix<f64>, times: &[f64], which: usize) {
 
 /// The variables of each control.
 fn controls(variables: &Variables) -> impl Iterator<Item = std::ops::Range<usize>> + '_ {
-    let is_control = |quantity: &Quantity| {
-        use Quantity::{Control, LinearControl, PiecewiseControl, SplineControl};
-        matches!(quantity, Control(_) | LinearControl(..) | PiecewiseControl(..) | SplineControl(..))
-    };
-    variables.parts().filter(move |(free, _)| is_control(&free.quantity)).map(|(_, range)| range)
+    variables.parts().filter(|(free, _)| free.quantity.control().is_some()).map(|(_, range)| range)
 }
 
 #[cfg(test)]

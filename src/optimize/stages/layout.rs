@@ -1,13 +1,17 @@
 //! [`Layout`]: places of the variables and outputs of multiple shooting in a problem in stages.
 //!
 //! ```text
-//!   s = (state at the start of the segment, controls there, duration and design variables, sums of outputs so far)
-//!   w = (controls at the other nodes; in the first segment also free initial values)
+//!   s = (state at the start of the segment, knots of controls shared with the segments before, duration and design variables, sums of outputs so far)
+//!   w = (the other knots of controls that affect the segment; in the first segment also free initial values)
 //! ```
+//!
+//! Knot i of a control is entry i mod m of its m entries of s, where m is the largest number of knots that a segment shares with those before it:
+//! 1 if the control is free at all nodes.
 
 use nalgebra::DVector;
+use std::ops::Range;
 
-use super::super::free::Quantity;
+use super::super::free::{Free, Quantity};
 use super::super::multiple_shooting::MultipleShooting;
 use super::super::problem::Interval;
 use super::problem::Shape;
@@ -21,14 +25,21 @@ pub(super) struct Row {
     pub sum: Option<usize>,
 }
 
+/// A knot of a control that affects a segment and the next one.
+#[derive(Clone, Copy)]
+pub(super) struct Shared {
+    /// Its entry of v in the segment.
+    pub from: usize,
+    /// Its entry of s in the next segment.
+    pub to: usize,
+}
+
 pub(super) struct Layout {
     pub shape: Shape,
-    /// Numbers of entries of the state, of controls, and of other quantities in s.
-    pub counts: [usize; 3],
     /// For each segment, the entry of v for each variable of its motion.
     pub places: Vec<Vec<usize>>,
-    /// For each segment, the first entry of v of the controls at its end.
-    pub last_controls: Vec<usize>,
+    /// For each segment, the knots that it shares with the next one.
+    pub shared: Vec<Vec<Shared>>,
     /// For each segment, its constrained outputs.
     pub rows: Vec<Vec<Row>>,
     /// Entries of s that sum outputs, with these outputs: they are constrained at the end.
@@ -37,9 +48,10 @@ pub(super) struct Layout {
 
 impl Layout {
     pub(super) fn new(of: &MultipleShooting) -> Self {
-        let count = |kind: Kind| of.whole.free().iter().filter(|of| Kind::of(&of.quantity) == kind).count();
-        let counts = [of.entries.len(), count(Kind::Control), count(Kind::Other)];
-        let first_sum = counts.iter().sum::<usize>();
+        let (state, slots) = (of.entries.len(), slots(of));
+        let others = of.whole.free().iter().filter(|free| free.quantity.control().is_none() && !is_start(free)).count();
+        let first_other = state + slots.iter().flatten().map(|of| of.count).sum::<usize>();
+        let first_sum = first_other + others;
         let (owners, bounds_of) = (owners(of), of.whole.bounds());
         let asked: Vec<usize> = (0..owners.len()).filter(|&output| of.constraints[output] != Interval::FREE).collect();
         let sums = asked.iter().copied().filter(|&output| owners[output].is_none());
@@ -47,19 +59,16 @@ impl Layout {
         let states = first_sum + ends.len();
         let mut shape = Shape {
             states,
-            free: (counts[0]..first_sum).collect(),
-            of_whole: (counts[0] + counts[1]..first_sum).collect(),
+            of_whole: (first_other..first_sum).collect(),
             bounds: Vec::new(),
             rows: Vec::new(),
             shifted: Vec::new(),
         };
-        let (mut all_places, mut last_controls, mut rows) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut all_places, mut all_shared, mut rows) = (Vec::new(), Vec::new(), Vec::new());
         for (k, segment) in of.segments.iter().enumerate() {
-            let steps = segment.last - segment.first;
-            let size = states + steps * counts[1] + if k == 0 { count(Kind::Start) } else { 0 };
-            let places = places(of, k, steps, (counts, states));
+            let OfSegment { places, shared, size } = OfSegment::new(of, k, &slots, (first_other, states));
             let (mut bounds, mut shifted) = (vec![Interval::FREE; size], DVector::zeros(size));
-            let is_copy = |at: usize| k > 0 && (counts[0]..states).contains(&at);
+            let is_copy = |at: usize| k > 0 && (state..states).contains(&at);
             for (&at, &variable) in places.iter().zip(&segment.places).filter(|(at, _)| !is_copy(**at)) {
                 shifted[at] = 1.0;
                 bounds[at] = bounds_of.get(variable).copied().unwrap_or(Interval::FREE);
@@ -72,13 +81,13 @@ impl Layout {
             shape.bounds.push(bounds);
             shape.shifted.push(shifted);
             rows.push(of_segment);
-            last_controls.push(states + (steps - 1) * counts[1]);
+            all_shared.push(shared);
             all_places.push(places);
         }
         shape.rows.push(ends.iter().map(|&(_, output)| of.constraints[output]).collect());
         shape.bounds.push(vec![Interval::FREE; states]);
         shape.shifted.push(DVector::zeros(states));
-        Layout { shape, counts, places: all_places, last_controls, rows, ends }
+        Layout { shape, places: all_places, shared: all_shared, rows, ends }
     }
 }
 
@@ -94,51 +103,91 @@ impl Layout {
     }
 }
 
-/// Kind of a free quantity.
-#[derive(Clone, Copy, PartialEq)]
-enum Kind {
-    Control,
-    Start,
-    Other,
+fn is_start(free: &Free) -> bool {
+    matches!(free.quantity, Quantity::Coordinate(_) | Quantity::Rate(_))
 }
 
-impl Kind {
-    fn of(quantity: &Quantity) -> Self {
-        match quantity {
-            Quantity::Control(_) => Kind::Control,
-            Quantity::Coordinate(_) | Quantity::Rate(_) => Kind::Start,
-            _ => Kind::Other,
-        }
+/// The entries of s for the knots of a control.
+struct Slots {
+    first: usize,
+    count: usize,
+}
+
+impl Slots {
+    fn entry(&self, knot: usize) -> usize {
+        self.first + knot % self.count
     }
 }
 
-/// For each variable of a segment's motion, its entry of v.
-fn places(of: &MultipleShooting, k: usize, steps: usize, (counts, states): ([usize; 3], usize)) -> Vec<usize> {
-    let [state, controls, _] = counts;
-    let mut places = Vec::new();
-    let (mut control, mut other, mut start) = (0, 0, 0);
-    for of in of.whole.free() {
-        match Kind::of(&of.quantity) {
-            Kind::Control => {
-                places.push(state + control);
-                places.extend((0..steps).map(|step| states + step * controls + control));
-                control += 1;
+/// For each free quantity, its entries of s if it is a control.
+fn slots(of: &MultipleShooting) -> Vec<Option<Slots>> {
+    let mut next = of.entries.len();
+    let all = of.whole.free().iter().enumerate().map(|(i, free)| {
+        free.quantity.control()?;
+        let count = (1..=of.segments.len()).map(|k| shared_knots(of, i, k).len()).max().unwrap_or(0);
+        next += count;
+        Some(Slots { first: next - count, count })
+    });
+    all.collect()
+}
+
+/// The knots of free quantity i that affect segment k and the segments before it. The end after the last segment has a copy of the last knot.
+fn shared_knots(of: &MultipleShooting, i: usize, k: usize) -> Range<usize> {
+    let Some(before) = k.checked_sub(1).map(|before| &of.segments[before].knots[i]) else { return 0..0 };
+    of.segments.get(k).map_or(before.end - 1, |here| here.knots[i].start)..before.end
+}
+
+/// The places of one segment.
+struct OfSegment {
+    /// For each variable of the segment's motion, its entry of v.
+    places: Vec<usize>,
+    shared: Vec<Shared>,
+    /// The number of entries of v.
+    size: usize,
+}
+
+impl OfSegment {
+    fn new(of: &MultipleShooting, k: usize, slots: &[Option<Slots>], (mut other, states): (usize, usize)) -> Self {
+        let mut own = OfSegment { places: Vec::new(), shared: Vec::new(), size: states };
+        for (i, free) in of.whole.free().iter().enumerate() {
+            match &slots[i] {
+                Some(slots) => {
+                    let shared = [k, k + 1].map(|k| shared_knots(of, i, k));
+                    own.add_knots(&of.segments[k].knots[i], slots, shared);
+                }
+                None if is_start(free) && k > 0 => {}
+                None if is_start(free) => own.add(),
+                None => {
+                    own.places.push(other);
+                    other += 1;
+                }
             }
-            Kind::Start if k > 0 => {}
-            Kind::Start => {
-                places.push(states + steps * controls + start);
-                start += 1;
+        }
+        if k > 0 {
+            own.places.extend(0..of.entries.len());
+        }
+        own
+    }
+
+    /// Adds an entry of w.
+    fn add(&mut self) {
+        self.places.push(self.size);
+        self.size += 1;
+    }
+
+    /// Adds the knots of a control, of which some are shared with the segments before and with the next one.
+    fn add_knots(&mut self, knots: &Range<usize>, slots: &Slots, [before, next]: [Range<usize>; 2]) {
+        for knot in knots.clone() {
+            if before.contains(&knot) {
+                self.places.push(slots.entry(knot));
+            } else {
+                self.add();
             }
-            Kind::Other => {
-                places.push(state + controls + other);
-                other += 1;
+            if next.contains(&knot) {
+                self.shared.push(Shared { from: self.places[self.places.len() - 1], to: slots.entry(knot) });
             }
         }
     }
-    if k > 0 {
-        places.extend(0..state);
-    }
-    places
 }
 
 /// For each output, the only segment that contributes to it; `None` if several ones do.

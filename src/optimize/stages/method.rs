@@ -264,7 +264,7 @@ impl<'p> Method<'p> {
         for (i, at) in self.inequalities.iter().enumerate() {
             gradient[self.slack(i)] -= rows[at.stage][at.row];
         }
-        (0..shape.states).filter(|i| !shape.free.contains(i)).for_each(|i| gradient[i] = 0.0);
+        (0..shape.states).filter(|i| !shape.of_whole.contains(i)).for_each(|i| gradient[i] = 0.0);
         gradient.iter_mut().zip(&self.barrier.bounds).filter(|(_, of)| of.is_equality()).for_each(|(g, _)| *g = 0.0);
     }
 

@@ -11,7 +11,7 @@ use super::problem::{Multipliers, Residuals};
 use super::riccati::{Blocks, Direction, Factors, ROWS, Sides};
 use crate::Error;
 
-/// Estimated multipliers above this size are replaced by zero.
+/// Estimated multipliers above this size, relative to the largest derivative of the cost if it is above 1, are replaced by zero.
 const LARGE: f64 = 1e3;
 /// Shifts of the Hessian: the first one, the smallest and the largest one, and factors between trials.
 const FIRST_SHIFT: f64 = 1e-4;
@@ -107,7 +107,7 @@ impl Method<'_> {
             }
             blocks.push(Blocks { hessian, dynamics, rows, shifted });
         }
-        Kkt { blocks, free: shape.free.clone(), curvature }
+        Kkt { blocks, free: shape.of_whole.clone(), curvature }
     }
 
     /// Factorises with the first shift of the Hessian that makes the step a direction of descent; `None` if none does. Far from feasible points, where
@@ -150,9 +150,15 @@ impl Method<'_> {
         let direction = factors.solve(&self.sides(&factors, &gradient, slope));
         let rows = self.all_rows(&direction, |i| slope(i) + self.change(&direction, i));
         let estimated = Multipliers { costates: direction.multipliers.costates, rows };
-        if estimated.largest() < LARGE {
+        if !self.are_large(&estimated) {
             self.multipliers = estimated;
         }
+    }
+
+    /// True for multipliers that are large compared with the derivatives of the cost, as they are where the constraints contradict each other.
+    pub(super) fn are_large(&self, multipliers: &Multipliers) -> bool {
+        let steepest = self.gradient_of_cost().iter().fold(1.0f64, |most, g| most.max(g.abs()));
+        multipliers.largest() > LARGE * steepest
     }
 
     /// Right-hand sides for a gradient by y, with the slopes by the slacks, which are eliminated.

@@ -14,9 +14,7 @@ use crate::Error;
 pub(super) struct Shape {
     /// Number of entries of every s.
     pub states: usize,
-    /// Entries of s_0 that are variables.
-    pub free: Vec<usize>,
-    /// Entries of s that are quantities of the whole motion: variables in s_0, copies of them in all others.
+    /// Entries of s that are quantities of the whole motion: in s_0 the only variables, in all others copies of them.
     pub of_whole: Vec<usize>,
     /// Bounds of v_k.
     pub bounds: Vec<Vec<Interval>>,

@@ -16,11 +16,10 @@ const SOLVED: f64 = 10.0;
 const LAST_MU: f64 = 1.0 / 11.0;
 /// The largest first μ near a minimum of a similar problem.
 pub(super) const NEAR_MU: f64 = 1e-6;
-/// Multipliers are estimated again after steps shorter than this, shifts above this, or above this size of multipliers: they, the Hessian and
-/// its shift would otherwise increase each other.
+/// Multipliers are estimated again after steps shorter than this, shifts above this, or if they are large: they, the Hessian and its shift would
+/// otherwise increase each other.
 const SHORT: f64 = 0.1;
 const SHIFTED: f64 = 1.0;
-const LARGE: f64 = 1e3;
 /// Largest number of iterations in sequence without an acceptable step. In each, the filter is cleared, a fraction of the step is taken, and the
 /// shift is increased by a factor from at least a smallest value.
 const MOST_FAILED: usize = 3;
@@ -145,7 +144,7 @@ impl<'o, 'w> Run<'o, 'w> {
             if let Err(error) = method.go(&trial.step, alpha, trial.y, trial.values) {
                 return self.without_derivatives(error);
             }
-            is_estimated = alpha < SHORT || is_shifted || method.multipliers.largest() > LARGE;
+            is_estimated = alpha < SHORT || is_shifted || method.are_large(&method.multipliers);
         }
     }
 

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::super::multiple_shooting::MultipleShooting;
 use super::super::problem::Problem;
 use super::super::segment::Segment;
-use super::layout::{Layout, Row};
+use super::layout::{Layout, Row, Shared};
 use super::method::Slopes;
 use super::problem::{Counts, Linear, Multipliers, Shape, Staged, Values};
 use crate::Error;
@@ -25,24 +25,15 @@ impl<'p> Segments<'p> {
 
     /// The point of the stages for variables of the whole problem; the sums are those of the last evaluation, or 0.
     pub(super) fn point(&self, x: &[f64]) -> Vec<DVector<f64>> {
-        let [state, controls, others] = self.at.counts;
         let mut v: Vec<DVector<f64>> = self.at.shape.bounds.iter().map(|of| DVector::zeros(of.len())).collect();
         for ((v, places), segment) in v.iter_mut().zip(&self.at.places).zip(&self.of.segments) {
             places.iter().zip(&segment.places).for_each(|(&at, &variable)| v[at] = x[variable]);
         }
-        // The end has copies of the last controls and of the other quantities.
+        // The end has copies of the last knots and of the quantities of the whole motion.
         let last = self.at.places.len() - 1;
-        let next = self.copies(last, &v[last]);
-        v[last + 1].rows_mut(state, controls + others).copy_from(&next);
+        self.at.shape.of_whole.iter().for_each(|&i| v[last + 1][i] = v[last][i]);
+        self.at.shared[last].iter().for_each(|&Shared { from, to }| v[last + 1][to] = v[last][from]);
         v
-    }
-
-    /// The controls at the end of a segment, and the other quantities.
-    fn copies(&self, k: usize, v: &DVector<f64>) -> DVector<f64> {
-        let [state, controls, others] = self.at.counts;
-        let from = self.at.last_controls[k];
-        let all = (0..controls).map(|c| v[from + c]).chain((0..others).map(|p| v[state + controls + p]));
-        DVector::from_iterator(controls + others, all)
     }
 
     /// For each continuous state of a segment, the entry of (q, v, p*) at its end.
@@ -121,7 +112,6 @@ impl Staged for Segments<'_> {
     fn evaluate(&mut self, v: &[DVector<f64>]) -> Result<Values, Error> {
         self.work.evaluations += 1;
         let x = self.x(v);
-        let [state, controls, others] = self.at.counts;
         let mut values = Values { cost: 0.0, next: Vec::new(), rows: Vec::new() };
         let outputs = self.of.running.len();
         let found = self.of.evaluate_segments(&x)?;
@@ -131,7 +121,8 @@ impl Staged for Segments<'_> {
             let mut next = DVector::zeros(self.at.shape.states);
             let end = self.of.segments[k].motion.solver.end();
             self.ends(k).into_iter().enumerate().for_each(|(i, entry)| next[i] = end[entry]);
-            next.rows_mut(state, controls + others).copy_from(&self.copies(k, &v[k]));
+            self.at.shared[k].iter().for_each(|&Shared { from, to }| next[to] = v[k][from]);
+            self.at.shape.of_whole.iter().for_each(|&i| next[i] = v[k][i]);
             let mut rows = Vec::new();
             for row in &self.at.rows[k] {
                 match row.sum {
@@ -212,7 +203,7 @@ impl Segments<'_> {
 }
 
 fn linearised((k, at): (usize, &Layout), segment: &mut Segment, wanted: &Wanted) -> Result<Linear, Error> {
-    let ([state, controls, others], size) = (at.counts, at.shape.bounds[k].len());
+    let size = at.shape.bounds[k].len();
     let mut of = Linear {
         gradient: DVector::zeros(size),
         dynamics: DMatrix::zeros(at.shape.states, size),
@@ -236,9 +227,8 @@ fn linearised((k, at): (usize, &Layout), segment: &mut Segment, wanted: &Wanted)
         };
         places.iter().zip(row.iter()).for_each(|(&at, x)| into[at] = *x);
     }
-    let from = at.last_controls[k];
-    (0..controls).for_each(|c| of.dynamics[(state + c, from + c)] = 1.0);
-    let kept = (state + controls..state + controls + others).chain(at.ends.iter().map(|&(at, _)| at));
+    at.shared[k].iter().for_each(|&Shared { from, to }| of.dynamics[(to, from)] = 1.0);
+    let kept = at.shape.of_whole.iter().copied().chain(at.ends.iter().map(|&(at, _)| at));
     kept.for_each(|i| of.dynamics[(i, i)] = 1.0);
     Ok(of)
 }

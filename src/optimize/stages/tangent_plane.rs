@@ -19,7 +19,7 @@ impl Method<'_> {
     /// The scale of each entry of y; 0 for entries that cannot move.
     pub(super) fn scales(&self) -> DVector<f64> {
         let (mut scales, shape) = (self.barrier.scales(&self.y, self.barrier.unit), self.problem.shape());
-        (0..shape.states).filter(|i| !shape.free.contains(i)).for_each(|i| scales[i] = 0.0);
+        (0..shape.states).filter(|i| !shape.of_whole.contains(i)).for_each(|i| scales[i] = 0.0);
         scales.into()
     }
 
