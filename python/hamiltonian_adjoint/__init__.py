@@ -35,7 +35,7 @@ from ._objective import Objective
 from ._operating_point import Equilibrium, LinearModel, Sensitivity
 from ._optimise import MultipleShooting, Problem, Trials, minimise, solve
 from ._names import suggestion as _suggestion
-from ._optimum import Attempt, Iterate, Optimum, lowest
+from ._optimum import Attempt, Iterate, Optimum, OptimumDerivative, lowest
 from ._robot import JointData, Robot
 from ._scene import Scene, cart_pendulum
 from ._solver import LongSolver, Motion, Solver, gradient, gradients, simulate
@@ -78,6 +78,7 @@ __all__ = [
     "Objective",
     "OptimiseError",
     "Optimum",
+    "OptimumDerivative",
     "Output",
     "Particle",
     "Point",

@@ -13,11 +13,11 @@ from numpy.typing import ArrayLike
 from . import _hamiltonian_adjoint as _core
 from ._errors import Error, InputError, OptimiseError, warn
 from ._expression import Symbol
-from ._free import Free, interval, stated
+from ._free import Free, free, interval, stated
 from ._guess import Guess, checked_guess, of_segments
 from ._handles import Coordinate, Output
 from ._names import suggestion
-from ._optimum import Iterate, Optimum, lowest
+from ._optimum import Iterate, Optimum, OptimumDerivative, lowest
 from ._progress import Bar, with_bar
 from ._solver import _checked
 from ._system import Array, Inputs, System
@@ -92,6 +92,33 @@ class _Stated:
         states, options = checked_guess(self._motions[0].inputs, guess), _options(options)
         with with_bar(callback, progress) as watched:
             return self._optimum(_core.solve(self, states, (count, None if accuracy is None else float(accuracy)), options, _called(watched)))
+
+    def sensitivities(self, optimum: Optimum, by: Iterable[Output | Symbol | str | int], **options: Any) -> list[OptimumDerivative]:
+        """The derivatives of an optimum of `solve` by quantities of the problem, one for each entry of `by`:
+
+        - an output or its name: by the value that the output must have, or by both ends of its interval;
+        - a free design variable, initial coordinate or initial velocity, 'duration', or the number of a variable x[i]: by both of its bounds. If they are equal,
+          this is the derivative by the value of the quantity.
+
+        The problem is solved again from the optimum, with the same settings. If a bound is active but its multiplier is zero, the optimum has a kink, and the
+        derivative is between those on both sides. Raises an OptimiseError if the point is not a minimum at which derivatives exist.
+        """
+        if self._shooting is not None or len(self._motions) > 1:
+            raise OptimiseError("`sensitivities` are those of a single motion: state it as a `Problem`")
+        if not isinstance(optimum, Optimum):
+            raise TypeError(f"an Optimum of `solve` is expected, not {optimum!r}")
+        minimum = [float(x) for x in optimum.x], [float(w) for w in optimum.multipliers]
+        return [OptimumDerivative(*of) for of in _core.sensitivities(self, minimum, [self._parameter(of) for of in by], _options(options))]
+
+    def _parameter(self, by: Output | Symbol | str | int) -> str | int:
+        """The name of an output or the number of a variable."""
+        if isinstance(by, Symbol) or isinstance(by, str) and by == "duration":
+            of = free(by)
+            name = _VARIABLES.get(of.kind, "").format(of.name)
+            if name not in self.names:
+                raise InputError(f"{of.kind} `{of.name}` is not a single free variable of this problem; those are {', '.join(self.names)}")
+            return self.names.index(name)
+        return _output(self._motions[0].system, by) if isinstance(by, (Output, str)) else operator.index(by)
 
     def minimise(
         self,

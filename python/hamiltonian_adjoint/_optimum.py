@@ -53,6 +53,13 @@ class Attempt(NamedTuple):
     unstable: bool
 
 
+class OptimumDerivative(NamedTuple):
+    """The derivatives of an optimum by one quantity of its problem: dx/dp of the variables, and dJ/dp."""
+
+    x: Array
+    value: float
+
+
 class Optimum:
     """The result of `solve` and `minimise`, converged or not: the best point and how it was found.
 

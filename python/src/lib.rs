@@ -47,6 +47,7 @@ fn _hamiltonian_adjoint(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(optimise::minimise, module)?)?;
     module.add_function(wrap_pyfunction!(optimise::multi_start, module)?)?;
     module.add_function(wrap_pyfunction!(optimise::homotopy, module)?)?;
+    module.add_function(wrap_pyfunction!(solve::sensitivities, module)?)?;
     module.add_function(wrap_pyfunction!(solve::solve, module)?)?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))?;
     Ok(())

@@ -93,7 +93,7 @@ struct Shooting {
 }
 
 /// The number of an output.
-fn output(system: &Compiled, name: &str) -> PyResult<usize> {
+pub(crate) fn output(system: &Compiled, name: &str) -> PyResult<usize> {
     number("output", name, (0..system.outputs()).map(|k| system.output_name(k)))
 }
 

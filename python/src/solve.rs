@@ -6,9 +6,9 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use hamiltonian_adjoint::optimize::{self, Attempt, Guess, Iterate, Search, Watcher};
+use hamiltonian_adjoint::optimize::{self, Attempt, Guess, Iterate, Parameter, Search, Watcher};
 use nalgebra::DMatrix;
-use numpy::PyReadonlyArray2;
+use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -16,7 +16,7 @@ use rayon::ThreadPoolBuilder;
 
 use crate::errors::{raised, wrong_input};
 use crate::optimise::{described, options, stopped, watcher};
-use crate::problem::{GivenProblem, Problem};
+use crate::problem::{GivenProblem, Problem, output};
 use crate::signals::{STACK, Signals};
 
 /// Signals are examined at least this often.
@@ -74,6 +74,40 @@ pub(crate) fn solve<'py>(
     all.set_item("_table", table)?;
     all.set_item("scheme", scheme)?;
     Ok(all)
+}
+
+/// The name of an output whose target changes, or the number of a variable whose bounds change.
+#[derive(FromPyObject)]
+pub(crate) enum GivenParameter {
+    Target(String),
+    Bound(usize),
+}
+
+/// The derivatives of the variables and of J at a minimum that is solved again, from its variables and multipliers.
+#[pyfunction]
+pub(crate) fn sensitivities<'py>(
+    py: Python<'py>,
+    problem: GivenProblem<'py>,
+    optimum: (Vec<f64>, Vec<f64>),
+    by: Vec<GivenParameter>,
+    given_options: &Bound<'py, PyDict>,
+) -> PyResult<Vec<(Bound<'py, PyArray1<f64>>, f64)>> {
+    let (statement, options, (x, multipliers)) = (problem.statement()?, options(given_options)?, optimum);
+    let [of] = &statement.motions[..] else { return Err(wrong_input("`sensitivities` has one motion")) };
+    let parameter = |given: &GivenParameter| match given {
+        GivenParameter::Target(name) => Ok(Parameter::Target(of.system.output(output(&of.system, name)?))),
+        GivenParameter::Bound(i) => Ok(Parameter::Bound(*i)),
+    };
+    let parameters = by.iter().map(parameter).collect::<PyResult<Vec<_>>>()?;
+    let stop = Arc::new(AtomicBool::new(false));
+    let is_stopped = stop.clone();
+    let mut motion = of.problem(move || stopped(&is_stopped)).map_err(raised)?;
+    let found = in_pool(py, 1, (&stop, None), |watch| {
+        let minimum = optimize::solve(&mut motion, Guess::Optimum { x, multipliers }, &options, watch)?.outcome;
+        optimize::sensitivities(&mut motion, &minimum, &parameters, &options)
+    })?;
+    let all = found.map_err(raised)?;
+    Ok(all.into_iter().map(|of| (PyArray1::from_vec(py, of.x), of.value)).collect())
 }
 
 /// Fits all motions, also from far away.

@@ -75,6 +75,43 @@ def test_an_optimum_of_a_similar_problem():
         longer.solve(first)
 
 
+@pytest.mark.parametrize("form", [{}, {"spline": 8}])
+def test_sensitivities(form):
+    """The derivatives of an optimum are those of solving again, also by an initial value that is held."""
+    inputs, force, (angle,), constraints = upright()
+    (target, _), *_ = constraints.items()
+
+    def problem(change=0.0, start=0.0, assembled=True):
+        at = inputs.copy()
+        at[angle] = held = float(inputs[angle]) + start
+        if assembled:
+            at.assemble(angle)
+        free = [ha.free(force, **form, within=(-40.0, 40.0)), angle]
+        return ha.Problem(at.system, at, free, bounds={angle: (held, held)}, constraints={**constraints, target: np.pi / 2 + change})
+
+    stated = problem()
+    found = stated.solve(stationarity=1e-10)
+    by_target, by_start, by_number = stated.sensitivities(found, [target, angle, len(found.x) - 1], stationarity=1e-10)
+    for derivative, change in ((by_target, {"change": 1e-4}), (by_start, {"start": 1e-4})):
+        above, below = (problem(**{name: sign * by for name, by in change.items()}).solve(found, stationarity=1e-10) for sign in (1, -1))
+        assert derivative.value == pytest.approx((above.value - below.value) / 2e-4, rel=1e-4)
+        expected = (above.x - below.x) / 2e-4
+        assert np.abs(derivative.x - expected).max() < 1e-2 * np.abs(expected).max()
+    assert by_number.value == by_start.value and np.array_equal(by_number.x, by_start.x)
+    # The multiplier of a target is the derivative of -J.
+    place = inputs.system.outputs.index(target.name)
+    assert by_target.value == pytest.approx(-found.multipliers[place], rel=1e-5)
+    assert stated.sensitivities(found, [target.name])[0].value == pytest.approx(by_target.value, rel=1e-5)
+    for wrong, error, words in ((force, ha.InputError, "not a single free variable"), (len(found.x), ha.Error, "is not among the"), ("no output", ha.InputError, "no output")):
+        with pytest.raises(error, match=words):
+            stated.sensitivities(found, [wrong])
+    # A given start cannot change by one coordinate alone.
+    with pytest.raises(ha.OptimiseError, match="cannot be free if the start is given"):
+        problem(assembled=False).sensitivities(found, [angle])
+    with pytest.raises(TypeError, match="an Optimum"):
+        stated.sensitivities(found.x, [target])
+
+
 def test_an_accuracy():
     inputs, force, _, constraints = upright()
     rough, fine = (ha.solve(inputs.system, inputs, [force], constraints=constraints, accuracy=accuracy) for accuracy in (None, 1e-5))

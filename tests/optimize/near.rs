@@ -329,3 +329,28 @@ fn what_is_no_minimum_has_no_derivatives() {
     let error = sensitivities(&mut problem, &best, &[Parameter::Bound(101)], &OPTIONS).expect_err("101 variables");
     assert!(matches!(&error, Error::NotAVariable { variables: 101, .. }), "{error}");
 }
+
+#[test]
+fn a_held_coordinate_that_constraints_determine_has_no_derivatives() {
+    let mut cart = CartPendulum::with_links(1).mechanism();
+    cart.scene.effort("effort", cart.force, 1e-4);
+    let angle = cart.links[0].coordinates[2];
+    let end = cart.scene.end_state(angle);
+    let system = cart.scene.compile().expect("a system");
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.02));
+    let held = || Free::new(Quantity::Coordinate(angle)).within(-FRAC_PI_2, -FRAC_PI_2);
+    let mut solved = |start: Start| {
+        inputs.start = start;
+        let variables = Variables::new(&system, &inputs, vec![Free::control(cart.force), held()]).expect("free");
+        let mut problem = MotionProblem::new(&system, Settings::default(), inputs.clone(), variables).expect("a problem");
+        problem.constrain(end.position, Interval::equal(0.0));
+        let minimum = solve(&mut problem, Guess::Straight, &OPTIONS, &mut silent).expect("fits").outcome;
+        sensitivities(&mut problem, &minimum, &[Parameter::Bound(51)], &OPTIONS).map(|found| found[0].value)
+    };
+    let by = solved(Start::assembled(&system).hold(&[angle])).expect("an assembled start follows the angle");
+    assert!(by != 0.0, "{by}");
+    // A given start would violate the hinge.
+    let given = Inputs::at_rest(&system, Grid::uniform(1, 0.02)).start;
+    let error = solved(given).expect_err("determined");
+    assert!(matches!(&error, Error::NotFree { .. }) && error.to_string().contains("hinge"), "{error}");
+}

@@ -1,6 +1,7 @@
 //! [`sensitivities`]: derivatives of a minimum by quantities of its problem.
 
-use super::super::problem::Problem;
+use super::super::held;
+use super::super::problem::{Interval, Problem};
 use super::super::stages::{Change, derivatives};
 use super::super::{MotionProblem, Options, Outcome};
 use super::attempt::{At, Known, at_motion};
@@ -64,7 +65,8 @@ pub struct Sensitivity {
 /// ```
 ///
 /// # Errors
-/// An outcome that does not fit the problem or is not a minimum ([`Error::NoMinimum`]); an index without a variable; a problem that
+/// An outcome that does not fit the problem or is not a minimum ([`Error::NoMinimum`]); an index without a variable; a held quantity of the start
+/// that constraints determine ([`Error::NotFree`]); a problem that
 /// [`MultipleShooting`](super::super::MultipleShooting) does not support.
 ///
 /// # Panics
@@ -86,6 +88,7 @@ pub fn sensitivities(
         Parameter::Bound(i) => Err(Error::NotAVariable { what: format!("number {i}, counted from 0,"), variables }),
     };
     let changes = by.iter().map(change).collect::<Result<Vec<_>, Error>>()?;
+    check_moved(problem, &minimum.x, &changes)?;
     let found = without_known(problem, options.violation, |problem| {
         settles_at(problem, &minimum.x)?;
         let known = Known::of(problem, &minimum.multipliers)?;
@@ -94,4 +97,18 @@ pub fn sensitivities(
     })?;
     let of_problem = |x: Vec<f64>| x[..variables].to_vec();
     Ok(found.into_iter().map(|of| Sensitivity { x: of_problem(of.x), value: of.value }).collect())
+}
+
+/// Rejects changes of held quantities of the start that constraints determine: the start would violate them.
+///
+/// # Errors
+/// Such a quantity.
+fn check_moved(problem: &MotionProblem, x: &[f64], changes: &[Change]) -> Result<(), Error> {
+    let mut free = problem.free().free().to_vec();
+    for ((_, range), free) in problem.free().parts().zip(&mut free) {
+        if changes.iter().any(|change| matches!(change, Change::Variable(i) if range.contains(i))) {
+            free.bounds = Interval::FREE;
+        }
+    }
+    held::check(problem.solver.system(), &problem.solver.settings(), &problem.inputs_at(x), &free)
 }
