@@ -14,7 +14,8 @@ pub enum Quantity {
     /// A control in a number of pieces of equal duration, with the same value at all nodes of a piece; a node between two pieces belongs to
     /// the later one. Between nodes, and hence between pieces, controls are linear.
     PiecewiseControl(Control, usize),
-    /// A control as a clamped cubic B-spline with a number of coefficients and with knots equidistant in time.
+    /// A control as a clamped cubic B-spline with a number of coefficients and with knots equidistant in time. Bounds are those of the coefficients,
+    /// and hence of all values.
     SplineControl(Control, usize),
     /// A design variable.
     Design(Design),

@@ -221,7 +221,12 @@ impl MotionProblem {
         let mut variables = self.variables.clone();
         let has_same_steps = inputs.grid.steps == known.grid.steps;
         // If the steps are unchanged, their shares are kept: recomputed ones would differ by rounding.
-        let x = if has_same_steps { variables.finite(&inputs)? } else { variables.take(&inputs)? };
+        let mut x = if has_same_steps { variables.finite(&inputs)? } else { variables.take(&inputs)? };
+        if inputs.controls == known.controls {
+            // Controls at nodes do not determine coefficients of splines.
+            let controls = variables.parts().filter(|(free, _)| free.quantity.control().is_some());
+            controls.for_each(|(_, range)| x[range.clone()].copy_from_slice(&self.known.x[range]));
+        }
         Ok(Changed { known: Point { x, inputs }, variables })
     }
 

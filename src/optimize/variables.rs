@@ -230,7 +230,9 @@ impl Variables {
         let mut free = self.free.clone();
         let Some(of) = free.iter_mut().find(|of| of.quantity == *quantity) else {
             let name = quantity.name(system, inputs.grid.steps.len())?;
-            return Err(Error::NotAVariable { what: format!("`{name}`"), variables: self.len() });
+            let is_other = self.free.iter().any(|of| of.quantity.subject() == quantity.subject());
+            let form = if is_other { " in this form (it is free with other knots)" } else { "" };
+            return Err(Error::NotAVariable { what: format!("`{name}`{form}"), variables: self.len() });
         };
         of.bounds = to;
         let Variables { free, .. } = Variables::new(system, inputs, free)?;

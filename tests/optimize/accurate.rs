@@ -39,10 +39,12 @@ fn assert_accurate(problem: &mut MotionProblem, accuracy: f64) -> Solved {
 #[test]
 fn steps_that_are_too_long_are_warned_of() {
     let mut problem = upright(3, 0.0);
-    let found = solve(&mut problem, Guess::Straight, &OPTIONS, &mut silent).expect("fits").outcome;
+    let solved = solve(&mut problem, Guess::Straight, &OPTIONS, &mut silent).expect("fits");
+    println!("{solved}");
+    let (printed, found) = (solved.to_string(), solved.outcome);
     let far = deviation(&problem, &found);
     let warning = inaccurate(&found).expect("a warning");
-    println!("{warning}");
+    assert!(printed.contains(&format!("warning: {warning}")), "{printed}");
     assert!(far > 1.0 && warning.to_string().contains("require an accuracy"), "{far}");
     // With one link, the trapezoidal rule is good enough.
     let mut problem = upright(1, 0.0);

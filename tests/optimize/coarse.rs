@@ -102,7 +102,7 @@ fn derivatives_are_exact() {
 }
 
 /// A cart with a link that comes to rest upright in 2 s, with its force on few knots.
-fn upright(form: Form, knots: usize) -> (MotionProblem, EndState) {
+fn upright(form: Form, knots: usize) -> (MotionProblem, EndState, Control) {
     let mut cart = CartPendulum::with_links(1).mechanism();
     cart.scene.effort("effort", cart.force, 1e-4);
     let place = cart.scene.end_state(cart.cart.coordinates[0]);
@@ -114,13 +114,13 @@ fn upright(form: Form, knots: usize) -> (MotionProblem, EndState) {
     problem.constrain(place.rate, Interval::ZERO);
     problem.constrain(angle.position, Interval::equal(FRAC_PI_2));
     problem.constrain(angle.rate, Interval::ZERO);
-    (problem, angle)
+    (problem, angle, cart.force)
 }
 
 #[test]
 fn few_knots_are_solved_in_segments_warm_and_accurately() {
     for form in FORMS {
-        let (mut problem, angle) = upright(form, 12);
+        let (mut problem, angle, force) = upright(form, 12);
         let found = solve(&mut problem, Guess::Straight, &OPTIONS, &mut silent).expect("fits");
         println!("{found}");
         let first = &found.attempts[0];
@@ -137,18 +137,27 @@ fn few_knots_are_solved_in_segments_warm_and_accurately() {
             near.outcome.x
         };
         let [above, below] = [1e-4, -1e-4].map(|change| minimum_at(&mut problem, change));
+        let error = problem.bound(&Quantity::Control(force), Interval::FREE).expect_err("it has few knots");
+        assert_says(&error, &["in this form", "other knots"]);
+        let kept = problem.start();
         let size = by[0].x.iter().fold(0.0f64, |most, x| most.max(x.abs()));
         for (i, by) in by[0].x.iter().enumerate() {
             let expected = (above[i] - below[i]) / 2e-4;
             assert!((by - expected).abs() < 1e-3 * size, "{i}: {by} {expected}");
         }
+        // Other changes than of controls keep the coefficients.
+        problem.change(|inputs| inputs.grid.steps.fill(0.021)).expect("fits");
+        assert_eq!(problem.start(), kept);
         // On finer grids with the same knots.
-        let (mut problem, _) = upright(form, 12);
+        let (mut problem, ..) = upright(form, 12);
         let fine = solve(&mut problem, Guess::Straight.accurate_to(1e-6), &OPTIONS, &mut silent).expect("fits");
         println!("{fine}");
         assert!(fine.outcome.reason.is_converged() && fine.attempts.len() > 1 && fine.outcome.x.len() == 12, "{fine}");
         let iterations: Vec<usize> = fine.attempts[1..].iter().map(|of| of.iterations).collect();
         assert!(iterations.iter().all(|count| *count <= 15), "{fine}");
+        // Pieces on halved steps would be another control.
+        let is_halved = fine.attempts.iter().any(|of| of.what.ends_with("steps"));
+        assert_eq!(is_halved, form(force, 12) != Quantity::PiecewiseControl(force, 12), "{fine}");
         assert!((fine.outcome.value / found.outcome.value - 1.0).abs() < 0.05, "{fine}");
     }
 }

@@ -74,8 +74,9 @@ impl Search {
     /// this fraction: of the size of J, and of that of an output or 1 m or rad, whichever is larger. What remains is a
     /// [`Warning::Inaccurate`](crate::Warning::Inaccurate).
     ///
-    /// The problem then has this scheme and these steps, with a variable for each control at each node. If a cost or an output is evaluated at a node
-    /// or an event, steps cannot be halved; ESDIRK5 is used instead.
+    /// The problem then has this scheme and these steps, with a variable for each node of a control that is free at all nodes, and the same knots of
+    /// other controls. If a cost or an output is evaluated at a node or an event, or if a control is piecewise constant, so that it changes within a
+    /// step between pieces, steps are not halved; ESDIRK5 is used instead.
     pub fn accurate_to(self, accuracy: f64) -> Search {
         Search { accuracy: Some(accuracy), ..self }
     }

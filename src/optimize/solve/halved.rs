@@ -17,13 +17,14 @@ pub(super) struct Halved {
 }
 
 impl Halved {
-    /// `None` if the problem has quantities that belong to single nodes, or steps that have no middle.
+    /// `None` if the problem has quantities that belong to single nodes or steps, or steps that have no middle.
     pub(super) fn new(problem: &MotionProblem, known: &Known) -> Option<Self> {
         let (system, inputs) = (problem.solver.system(), problem.inputs_at(&problem.start()));
         let grid = &inputs.grid;
         let is_divisible = grid.stages == 1 && inputs.events.is_empty() && grid.steps.iter().all(|step| *step != 0.0);
-        let is_step = |of: &Free| matches!(of.quantity, Quantity::StepLength(_));
-        if !is_divisible || belongs_to_nodes(system) || problem.free().free().iter().any(is_step) {
+        // Between pieces, a control changes within one step: with halved steps it would be another function of time.
+        let is_of_step = |of: &Free| matches!(of.quantity, Quantity::StepLength(_) | Quantity::PiecewiseControl(..));
+        if !is_divisible || belongs_to_nodes(system) || problem.free().free().iter().any(is_of_step) {
             return None;
         }
         let steps: Vec<f64> = grid.steps.iter().flat_map(|step| [0.5 * step; 2]).collect();

@@ -38,7 +38,7 @@ impl Attempt {
     }
 }
 
-/// A table of what was tried and, if no minimum was found, the violated constraints of the outcome.
+/// A table of what was tried, if no minimum was found the violated constraints of the outcome, and its warnings.
 impl fmt::Display for Solved {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         writeln!(f, "{:<16} {:>10} {:>14} {:>10}  end", "tried", "iterations", "J", "violation")?;
@@ -47,6 +47,7 @@ impl fmt::Display for Solved {
             writeln!(f, "{what:<16} {iterations:>10} {value:>14.6e} {violation:>10.1e}  {end}")?;
         }
         let is_converged = self.outcome.reason.is_converged();
-        self.outcome.named_violations().filter(|_| !is_converged).map_or(Ok(()), |named| writeln!(f, "{named}"))
+        self.outcome.named_violations().filter(|_| !is_converged).map_or(Ok(()), |named| writeln!(f, "{named}"))?;
+        self.outcome.warnings.iter().try_for_each(|warning| writeln!(f, "warning: {warning}"))
     }
 }
