@@ -197,12 +197,22 @@ def test_mistakes(keywords, kind, message):
         ha.MultipleShooting(system, inputs, **stated).minimise()
 
 
-def test_controls_on_knots_are_not_divided():
+def test_controls_on_knots_in_segments():
     force, rail, angle, ends, system, inputs = swing()
-    problem = ha.MultipleShooting(system, inputs, [ha.free(force, spline=8)], [rail, angle], 4)
-    with pytest.raises(ha.OptimiseError, match="only at all nodes"):
+    constraints = {ends[angle][0]: -1.2}
+    problem = ha.MultipleShooting(system, inputs, [ha.free(force, spline=8)], [rail, angle], 4, constraints=constraints)
+    assert len(problem.start) == 8 + 3 * 4
+    found = problem.minimise("stages")
+    single = ha.Problem(system, inputs, [ha.free(force, spline=8)], constraints=constraints).minimise()
+    assert found.converged and single.converged and found.value == pytest.approx(single.value, rel=0.02)
+
+
+def test_single_step_lengths_are_not_divided():
+    force, rail, angle, ends, system, inputs = swing()
+    problem = ha.MultipleShooting(system, inputs, [force, ha.step_length(2)], [rail, angle], 4)
+    with pytest.raises(ha.OptimiseError, match="`length of step 2`: step lengths can be free only through their sum"):
         problem.minimise()
-    assert repr(problem).startswith("<MultipleShooting that cannot be solved: ") and "only at all nodes" in repr(problem)
+    assert repr(problem).startswith("<MultipleShooting that cannot be solved: ") and "through their sum" in repr(problem)
 
 
 def test_trials():
