@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use hamiltonian_adjoint::optimize::{self, Attempt, Guess, Iterate, Parameter, Search, Watcher};
+use hamiltonian_adjoint::optimize::{self, Attempt, Guess, Iterate, MotionProblem, Parameter, Search, Watcher};
 use nalgebra::DMatrix;
 use numpy::{PyArray1, PyReadonlyArray2};
 use pyo3::exceptions::PyOSError;
@@ -16,7 +16,7 @@ use rayon::ThreadPoolBuilder;
 
 use crate::errors::{raised, wrong_input};
 use crate::optimise::{described, options, stopped, watcher};
-use crate::problem::{GivenProblem, Problem, output};
+use crate::problem::{GivenProblem, Motion, Problem, output};
 use crate::signals::{STACK, Signals};
 
 /// Signals are examined at least this often.
@@ -62,9 +62,7 @@ pub(crate) fn solve<'py>(
     let (statement, options, search) =
         (problem.statement()?, options(given_options)?, Search { accuracy, ..guess.guess()?.starts(starts) });
     let [of] = &statement.motions[..] else { return Err(wrong_input("`solve` has one motion")) };
-    let stop = Arc::new(AtomicBool::new(false));
-    let is_stopped = stop.clone();
-    let mut motion = of.problem(move || stopped(&is_stopped)).map_err(raised)?;
+    let (mut motion, stop) = stoppable(of)?;
     let threads = std::thread::available_parallelism().map_or(1, usize::from).min(starts);
     let found = in_pool(py, threads, (&stop, callback), |watch| optimize::solve(&mut motion, search, &options, watch))?;
     let solved = found.map_err(raised)?;
@@ -99,9 +97,7 @@ pub(crate) fn sensitivities<'py>(
         GivenParameter::Bound(i) => Ok(Parameter::Bound(*i)),
     };
     let parameters = by.iter().map(parameter).collect::<PyResult<Vec<_>>>()?;
-    let stop = Arc::new(AtomicBool::new(false));
-    let is_stopped = stop.clone();
-    let mut motion = of.problem(move || stopped(&is_stopped)).map_err(raised)?;
+    let (mut motion, stop) = stoppable(of)?;
     let found = in_pool(py, 1, (&stop, None), |watch| {
         let minimum = optimize::solve(&mut motion, Guess::Optimum { x, multipliers }, &options, watch)?.outcome;
         optimize::sensitivities(&mut motion, &minimum, &parameters, &options)
@@ -131,6 +127,13 @@ pub(crate) fn identify<'py>(
     all.set_item("attempts", attempts)?;
     all.set_item("_table", table)?;
     Ok(all)
+}
+
+/// The problem of a motion, and the flag that stops it.
+fn stoppable(of: &Motion) -> PyResult<(MotionProblem, Arc<AtomicBool>)> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let is_stopped = stop.clone();
+    Ok((of.problem(move || stopped(&is_stopped)).map_err(raised)?, stop))
 }
 
 /// The entries of `Attempt` of Python.

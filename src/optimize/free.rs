@@ -123,6 +123,11 @@ impl Quantity {
         }
     }
 
+    /// True for an initial coordinate, velocity or momentum.
+    pub(super) fn is_initial(&self) -> bool {
+        matches!(self, Quantity::Coordinate(_) | Quantity::Rate(_))
+    }
+
     /// The input that is free.
     pub(super) fn subject(&self) -> Subject {
         let handled = |kind, handle: Handle| Subject { kind, index: handle.index, handle: Some(handle) };

@@ -383,7 +383,7 @@ impl Variables {
         }
     }
 
-    /// Those of the given knots that determine the control at a node, counted from the first one, with their weights.
+    /// The knots within a range that determine the control at a node, as positions in the range, with their weights.
     fn weights(&self, (of, knots): (&Free, &Range<usize>), node: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
         let [before, after] = self.between;
         let share = before + (after - before) * self.shares[node];

@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-use super::super::free::Quantity;
 use super::super::multiple_shooting::MultipleShooting;
 use super::super::problem::{Interval, Problem};
 use super::super::segment::Segment;
@@ -24,7 +23,7 @@ const STATIONARITY: f64 = 1e-3;
 pub(super) fn fit_states(shooting: &mut MultipleShooting) -> Result<(Vec<f64>, usize), Error> {
     let (owners, mut x) = (owners(shooting), shooting.start());
     let (times, bounds) = (shooting.inputs_at(&x).grid.times(), shooting.bounds());
-    let starts: Vec<usize> = shooting.whole.parts().filter(|(free, _)| is_start(&free.quantity)).flat_map(range).collect();
+    let starts: Vec<usize> = shooting.whole.parts().filter(|(free, _)| free.quantity.is_initial()).flat_map(range).collect();
     let (mut end, mut evaluations): (Option<[DVector<f64>; 2]>, usize) = (None, 0);
     for (k, segment) in shooting.segments.iter_mut().enumerate() {
         if let Some([q, v]) = end.take().filter(|_| k > 0) {
@@ -48,10 +47,6 @@ pub(super) fn fit_states(shooting: &mut MultipleShooting) -> Result<(Vec<f64>, u
         end = state.map(|of| [&of[..n], &of[n..2 * n]].map(DVector::from_column_slice));
     }
     Ok((x, evaluations))
-}
-
-fn is_start(quantity: &Quantity) -> bool {
-    matches!(quantity, Quantity::Coordinate(_) | Quantity::Rate(_))
 }
 
 fn range<T>((_, range): (T, Range<usize>)) -> Range<usize> {

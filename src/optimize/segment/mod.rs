@@ -254,7 +254,7 @@ fn own_variables(
                 let (share, Interval { least, most }) = (share(inputs, nodes.clone()), of.bounds);
                 Free { scale: of.scale * share, bounds: Interval::new(least * share, most * share), ..of.clone() }
             }
-            Quantity::Coordinate(_) | Quantity::Rate(_) if nodes.start > 0 => continue,
+            _ if of.quantity.is_initial() && nodes.start > 0 => continue,
             _ => of.clone(),
         };
         own.push((of, knots.clone()));

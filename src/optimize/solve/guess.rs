@@ -137,7 +137,7 @@ pub(super) struct Line {
     pub(super) coordinates: Vec<Coordinate>,
     pub(super) q: DMatrix<f64>,
     pub(super) v: DMatrix<f64>,
-    /// Whether a motion can begin and end as the constraints ask.
+    /// The result of the search for states at the first and the last node that satisfy the constraints.
     pub(super) reach: Reach,
 }
 

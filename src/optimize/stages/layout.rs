@@ -11,7 +11,6 @@
 use nalgebra::DVector;
 use std::ops::Range;
 
-use super::super::free::{Free, Quantity};
 use super::super::multiple_shooting::MultipleShooting;
 use super::super::problem::Interval;
 use super::problem::Shape;
@@ -28,9 +27,9 @@ pub(super) struct Row {
 /// A knot of a control that affects a segment and the next one.
 #[derive(Clone, Copy)]
 pub(super) struct Shared {
-    /// Its entry of v in the segment.
+    /// The knot's entry of v in the segment.
     pub from: usize,
-    /// Its entry of s in the next segment.
+    /// The knot's entry of s in the next segment.
     pub to: usize,
 }
 
@@ -49,7 +48,8 @@ pub(super) struct Layout {
 impl Layout {
     pub(super) fn new(of: &MultipleShooting) -> Self {
         let (state, slots) = (of.entries.len(), slots(of));
-        let others = of.whole.free().iter().filter(|free| free.quantity.control().is_none() && !is_start(free)).count();
+        let others =
+            of.whole.free().iter().filter(|free| free.quantity.control().is_none() && !free.quantity.is_initial()).count();
         let first_other = state + slots.iter().flatten().map(|of| of.count).sum::<usize>();
         let first_sum = first_other + others;
         let (owners, bounds_of) = (owners(of), of.whole.bounds());
@@ -103,10 +103,6 @@ impl Layout {
     }
 }
 
-fn is_start(free: &Free) -> bool {
-    matches!(free.quantity, Quantity::Coordinate(_) | Quantity::Rate(_))
-}
-
 /// The entries of s for the knots of a control.
 struct Slots {
     first: usize,
@@ -155,8 +151,8 @@ impl OfSegment {
                     let shared = [k, k + 1].map(|k| shared_knots(of, i, k));
                     own.add_knots(&of.segments[k].knots[i], slots, shared);
                 }
-                None if is_start(free) && k > 0 => {}
-                None if is_start(free) => own.add(),
+                None if free.quantity.is_initial() && k > 0 => {}
+                None if free.quantity.is_initial() => own.add(),
                 None => {
                     own.places.push(other);
                     other += 1;
