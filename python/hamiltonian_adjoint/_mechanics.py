@@ -188,10 +188,21 @@ class Mechanics:
         """
         if not isinstance(accelerations, Mapping):
             raise TypeError(f"accelerations are given by their coordinates, such as {{arm.phi: 0.0}}, not as {accelerations!r}")
-        if isinstance(controls, (Symbol, str)):
-            raise TypeError("`controls` must be a list, such as [torque]")
         given = self._coordinates(accelerations), _numbers("accelerations", list(accelerations.values()))
-        return self._of(self.system, self._core.inverse_dynamics(given, self._names("control", "u", controls)))
+        return self._of(self.system, self._core.inverse_dynamics(given, self._controls(controls)))
+
+    def relative_degree(self, coordinate: Coordinate | str, controls: Iterable[Control | str]) -> int | None:
+        """The order of the lowest time derivative of a coordinate that one of the controls changes at once; `None` if they have no influence on it.
+
+        It is 2 if a motor moves the coordinate itself, 3 if a spring with a damper is between them, and 4 with a spring alone. A servo constraint, which
+        prescribes the coordinate and asks for the control, has the index r + 1.
+        """
+        return self._core.relative_degree(self._coordinates([coordinate])[0], self._controls(controls))
+
+    def _controls(self, of: Iterable[Control | str]) -> list[str]:
+        if isinstance(of, (Symbol, str)):
+            raise TypeError("`controls` must be a list, such as [torque]")
+        return self._names("control", "u", of)
 
     def _coordinates(self, of: Iterable[Any]) -> list[str]:
         return self._names("coordinate", "q", of)

@@ -50,6 +50,12 @@ impl Mechanics {
         names.iter().map(of).collect()
     }
 
+    fn controls_named(&self, names: &[String]) -> PyResult<Vec<ha::Control>> {
+        let system = &self.system.get().system;
+        let of = |name: &String| number("control", name, control_names(system)).map(|k| system.control(k));
+        names.iter().map(of).collect()
+    }
+
     /// Numbers at the values of the design variables.
     fn numbers<const N: usize>(&self, (parts, results): &Numbers) -> PyResult<[f64; N]> {
         let function = TextFunction::read(&strings(parts), &strings(results), self.design.len()).map_err(raised)?;
@@ -171,13 +177,16 @@ impl Mechanics {
         accelerations: (Vec<String>, Vec<f64>),
         controls: Vec<String>,
     ) -> PyResult<Mechanics> {
-        let system = &self.system.get().system;
         let (names, values) = accelerations;
         let given: Vec<_> = self.coordinates(&names)?.into_iter().zip(values).collect();
-        let control = |name: &String| number("control", name, control_names(system)).map(|k| system.control(k));
-        let controls = controls.iter().map(control).collect::<PyResult<Vec<_>>>()?;
+        let controls = self.controls_named(&controls)?;
         let at = py.detach(|| self.at.clone().inverse_dynamics(&given, &controls));
         self.changed(py, at, &self.design)
+    }
+
+    fn relative_degree(&self, py: Python<'_>, coordinate: &str, controls: Vec<String>) -> PyResult<Option<usize>> {
+        let (coordinates, controls) = (self.coordinates(&[coordinate.to_string()])?, self.controls_named(&controls)?);
+        py.detach(|| self.at.relative_degree(coordinates[0], &controls)).map_err(raised)
     }
 
     /// Position and velocity of a point in the plane.

@@ -261,6 +261,22 @@ def test_inverse_dynamics():
         at.inverse_dynamics([1.0], [force])
 
 
+def test_relative_degree():
+    scene = ha.Scene()
+    carts = [scene.particle(f"cart {k}", 2.0, (float(k), 0.0)) for k in range(2)]
+    force = scene.control("force")
+    scene.actuator("motor", ha.GROUND.at(0.0, 0.0), 0.0, carts[0].point(), force)
+    scene.spring_damper("spring", carts[0].point(), carts[1].point(), 100.0, 1.0, 0.0)
+    at = ha.Mechanics(scene.compile())
+    behind = carts[1].x
+    assert at.relative_degree(carts[0].x, [force]) == 2 and at.relative_degree(behind, ["force"]) == 4
+    assert at.relative_degree(carts[1].y, [force]) is None
+    with pytest.raises(ha.MotionError, match="order 4 .*index 5.*as splines, with readings"):
+        at.inverse_dynamics({behind: 1.0}, [force])
+    with pytest.raises(TypeError, match="a list, such as .torque."):
+        at.relative_degree(behind, force)
+
+
 def test_names_of_coordinates():
     scene, _, (angle,) = cart_with_links(1)
     at = ha.Mechanics(scene.compile())

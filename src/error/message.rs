@@ -132,19 +132,24 @@ impl fmt::Display for Error {
                 "the equilibrium is not isolated, because no force changes if these coordinates move: {}; hold one of them for each independent motion",
                 coordinates.join(", ")
             ),
-            Error::NoControl { coordinates, controls, is_singular, time } => write!(
-                f,
-                "at t = {} s the controls {} do not determine the accelerations of {}: {}",
-                seconds(*time),
-                controls.join(", "),
-                coordinates.join(", "),
-                if *is_singular {
-                    "they have no influence on one of them, or the same influence on several; choose other controls, or, if a spring is between motor and \
-                     coordinate, find the controls by `optimize::solve` with readings of the coordinates"
-                } else {
-                    "Newton's method finds no controls with these accelerations; begin with controls nearer to the solution"
+            Error::NoControl { coordinates, controls, is_singular, order, time } => {
+                let (controls, coordinates, time) = (controls.join(", "), coordinates.join(", "), seconds(*time));
+                write!(f, "at t = {time} s the controls {controls} do not determine the accelerations of {coordinates}: ")?;
+                match (order, is_singular) {
+                    (Some(order), _) => write!(
+                        f,
+                        "they change only derivatives of order {order} or higher, as if springs were between (a servo constraint of index {}); find them \
+                         for the whole motion by `optimize::solve`, as splines, with readings of the coordinates",
+                        order + 1
+                    ),
+                    (None, true) => f.write_str(
+                        "they have no influence on one of them, or the same influence on several; choose other controls",
+                    ),
+                    (None, false) => f.write_str(
+                        "Newton's method finds no controls with these accelerations; begin with controls nearer to the solution",
+                    ),
                 }
-            ),
+            }
             Error::MovingConstraint { equation, rate, time } => write!(
                 f,
                 "there is no equilibrium at t = {} s, because {equation} depends on time there ({rate:.3e}); replace the drive by a constant constraint, or \

@@ -206,6 +206,8 @@ pub enum Error {
         controls: Vec<String>,
         /// True if the controls have no or the same influence on these accelerations, false if their equations have no solution.
         is_singular: bool,
+        /// If these controls change only higher derivatives than accelerations of these coordinates, the lowest order of the former.
+        order: Option<usize>,
         /// The time, s.
         time: f64,
     },

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::indices;
+use super::{control_indices, indices};
 use crate::accelerations::Accelerations;
 use crate::error::quoted;
 use crate::number::largest;
@@ -53,9 +53,7 @@ impl Mechanics {
         let system = self.system().clone();
         let (coordinates, given): (Vec<Coordinate>, Vec<f64>) = accelerations.iter().copied().unzip();
         let rows = indices(caller, &coordinates, &system)?;
-        if controls.iter().any(|u| u.index() >= system.k() || !system.owns(u.0)) {
-            return Err(Error::Foreign { element: caller.into(), kind: "control" });
-        }
+        let columns = control_indices(caller, controls, &system)?;
         if controls.len() != rows.len() {
             return Err(Error::Size {
                 what: "controls of the inverse dynamics",
@@ -70,18 +68,23 @@ impl Mechanics {
             });
         }
         let time = self.t();
-        let failure = |is_singular| Error::NoControl {
-            coordinates: rows.iter().map(|&i| quoted(system.coordinate_name(i))).collect(),
-            controls: controls.iter().map(|u| quoted(system.control_name(u.index()))).collect(),
+        let failure = |coordinates: &[usize], controls: &[usize], is_singular, order| Error::NoControl {
+            coordinates: coordinates.iter().map(|&i| quoted(system.coordinate_name(i))).collect(),
+            controls: controls.iter().map(|&u| quoted(system.control_name(u))).collect(),
             is_singular,
+            order,
             time,
+        };
+        let singular = |at: &Mechanics| match at.behind_springs(&rows, &columns) {
+            Some((coordinates, controls, order)) => failure(&coordinates, &controls, true, Some(order)),
+            None => failure(&rows, &columns, true, None),
         };
         let (mut u, mut last) = (self.controls().to_vec(), f64::INFINITY);
         for _ in 0..MOST_STEPS {
-            let (v_dot, by_controls, size) = self.by_controls(&rows, controls)?;
+            let (v_dot, by_controls, size) = self.by_controls(&rows, &columns)?;
             let left = DVector::from_fn(rows.len(), |i, _| given[i] - v_dot[i]);
-            let by = solve(by_controls, &left).ok_or_else(|| failure(true))?;
-            controls.iter().zip(by.iter()).for_each(|(control, by)| u[control.index()] += by);
+            let by = solve(by_controls, &left).ok_or_else(|| singular(&self))?;
+            columns.iter().zip(by.iter()).for_each(|(&control, by)| u[control] += by);
             self = self.with_controls(&u)?;
             let (of, size) = (largest(by.as_slice()), size.max(largest(&given)));
             if of <= ROUNDING * largest(&u) || of >= 0.5 * last && left.amax() <= STALLED * size {
@@ -89,11 +92,24 @@ impl Mechanics {
             }
             last = of;
         }
-        Err(failure(false))
+        Err(failure(&rows, &columns, false, None))
+    }
+
+    /// Coordinates and controls of which the latter change only higher derivatives than accelerations, and the lowest order of these: a coordinate with
+    /// all controls, or a control with all coordinates; `None` if there are none.
+    fn behind_springs(&self, rows: &[usize], columns: &[usize]) -> Option<(Vec<usize>, Vec<usize>, usize)> {
+        let model = self.linear_model(&[]).ok()?;
+        let of_rows = rows.iter().map(|&i| (vec![i], columns.to_vec()));
+        let of_columns = columns.iter().map(|&u| (rows.to_vec(), vec![u]));
+        of_rows.chain(of_columns).find_map(|(coordinates, controls)| {
+            let degrees = coordinates.iter().filter_map(|&i| model.relative_degree(i, &controls));
+            let order = degrees.min().filter(|order| *order > 2)?;
+            Some((coordinates, controls, order))
+        })
     }
 
     /// The accelerations of coordinates, their derivatives with respect to controls, and the largest acceleration without constraints.
-    fn by_controls(&self, rows: &[usize], controls: &[Control]) -> Result<(Vec<f64>, DMatrix<f64>, f64), Error> {
+    fn by_controls(&self, rows: &[usize], controls: &[usize]) -> Result<(Vec<f64>, DMatrix<f64>, f64), Error> {
         let (system, none) = (self.system(), vec![0.0; self.system().m()]);
         let (at, mut accelerations) = (self.view(&none), Accelerations::new(self.system()));
         let masses = self.mass().diagonal();
@@ -105,9 +121,9 @@ impl Mechanics {
         accelerations.evaluate(system, &at, (0, &self.compliances()))?;
         let (still, no_design) = (vec![0.0; system.n()], vec![0.0; system.parameters().len()]);
         let mut by_controls = DMatrix::zeros(rows.len(), controls.len());
-        for (column, control) in controls.iter().enumerate() {
+        for (column, &control) in controls.iter().enumerate() {
             let mut unit = vec![0.0; system.k()];
-            unit[control.index()] = 1.0;
+            unit[control] = 1.0;
             let along = NodeView::of_equations([&still, &still, &none], (&unit, 0.0, &no_design));
             let [x, change] = accelerations.along(system, &at, &along);
             let (x, change) = (x.clone(), change.v.clone());

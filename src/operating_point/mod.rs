@@ -5,6 +5,7 @@ mod equilibrium;
 mod inverse_dynamics;
 mod linear_model;
 mod newton;
+mod relative_degree;
 mod sensitivity;
 mod statics;
 
@@ -13,7 +14,7 @@ pub use linear_model::LinearModel;
 pub use sensitivity::Sensitivity;
 
 use crate::redundancy::pivots;
-use crate::{Coordinate, Error, Mechanics, System};
+use crate::{Control, Coordinate, Error, Mechanics, System};
 
 /// The indices of chosen coordinates.
 ///
@@ -24,6 +25,17 @@ fn indices(caller: &str, coordinates: &[Coordinate], system: &System) -> Result<
         return Err(Error::Foreign { element: caller.into(), kind: "coordinate" });
     }
     Ok(coordinates.iter().map(Coordinate::index).collect())
+}
+
+/// The indices of controls.
+///
+/// # Errors
+/// A control of another scene.
+fn control_indices(caller: &str, controls: &[Control], system: &System) -> Result<Vec<usize>, Error> {
+    if controls.iter().any(|u| u.index() >= system.k() || !system.owns(u.0)) {
+        return Err(Error::Foreign { element: caller.into(), kind: "control" });
+    }
+    Ok(controls.iter().map(Control::index).collect())
 }
 
 /// Independent coordinates of a state, in ascending order, among them the chosen ones.

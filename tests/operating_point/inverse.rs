@@ -128,10 +128,27 @@ fn a_motor_behind_a_spring_and_a_driven_coordinate_are_refused() {
     let system = scene.compile().expect("a scene");
     let at = Mechanics::new(&system, &[0.0, 0.0, 1.0, 0.0], &[0.0; 4]).expect("a state");
     let error = at.inverse_dynamics(&[(masses[1].coordinates[0], 1.0)], &[force]).expect_err("a spring");
-    assert_says(&error, &["`force`", "`mass 1.x`", "spring is between"]);
+    assert_says(&error, &["`force`", "`mass 1.x`", "order 4", "index 5", "readings"]);
     let system = driven();
     let at = crate::cases::state(&system, &[0.0], &[]);
     let crank = system.coordinate(2);
     let error = at.inverse_dynamics(&[(crank, 1.0)], &[system.control(0)]).expect_err("a drive");
     assert_says(&error, &["`crank.φ`", "no influence"]);
+}
+
+#[test]
+fn a_motor_behind_a_spring_is_named_beside_one_that_acts() {
+    // The second motor acts on both masses at once, the first one on the rotor alone.
+    let mut scene = Scene::new();
+    let masses = [0, 1, 2].map(|k| scene.particle(&format!("mass {k}"), 1.0, [k as f64, 0.0]));
+    let forces = ["far", "near"].map(|name| scene.control(name));
+    scene.spring_damper("spring", masses[0].point(), masses[1].point(), 100.0, 1.0, 0.0);
+    scene.spring_damper("other", masses[1].point(), masses[2].point(), 100.0, 1.0, 0.0);
+    scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, masses[0].point(), forces[0]);
+    scene.actuator("second motor", masses[1].point(), 0.0, masses[2].point(), forces[1]);
+    let system = scene.compile().expect("a scene");
+    let at = Mechanics::new(&system, &[0.0, 0.0, 1.0, 0.0, 2.0, 0.0], &[0.0; 6]).expect("a state");
+    let asked = [1, 2].map(|k| (masses[k].coordinates[0], 1.0));
+    let error = at.inverse_dynamics(&asked, &forces).expect_err("a spring");
+    assert_says(&error, &["the controls `far` do not", "`mass 1.x`, `mass 2.x`", "order 4"]);
 }

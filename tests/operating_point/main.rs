@@ -9,4 +9,5 @@ mod held;
 mod inverse;
 mod linear;
 mod refused;
+mod relative_degree;
 mod stability;
