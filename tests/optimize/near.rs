@@ -78,7 +78,7 @@ fn a_moved_target_takes_a_few_iterations() {
 }
 
 /// h = x.
-struct Place;
+pub struct Place;
 
 impl Cost<1> for Place {
     fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {

@@ -231,7 +231,7 @@ impl<'p> Method<'p> {
     }
 
     /// The largest violation: of continuity, of an equality, or of a row with its slack.
-    fn violation(&self) -> f64 {
+    pub(super) fn violation(&self) -> f64 {
         self.residuals(&self.y, &self.values).all().fold(0.0f64, |most, x| most.max(x.abs()))
     }
 

@@ -17,7 +17,8 @@ const LAST_MU: f64 = 1.0 / 11.0;
 /// The largest first μ near a minimum of a similar problem.
 pub(super) const NEAR_MU: f64 = 1e-6;
 /// Multipliers are estimated again after steps shorter than this, shifts above this, or if they are large: they, the Hessian and its shift would
-/// otherwise increase each other.
+/// otherwise increase each other. Large ones of a step without a shift to a point that satisfies the constraints belong to constraints with small
+/// derivatives.
 const SHORT: f64 = 0.1;
 const SHIFTED: f64 = 1.0;
 /// Largest number of iterations in sequence without an acceptable step. In each, the filter is cleared, a fraction of the step is taken, and the
@@ -139,12 +140,13 @@ impl<'o, 'w> Run<'o, 'w> {
                 return Ok(if self.is_interrupted() { Reason::Interrupted } else { Reason::NoLowerValue });
             };
             moved = largest_change(&trial.y, &method.y);
-            let is_shifted = newton.shift > SHIFTED;
+            let shift = newton.shift;
             let alpha = trial.alpha;
             if let Err(error) = method.go(&trial.step, alpha, trial.y, trial.values) {
                 return self.without_derivatives(error);
             }
-            is_estimated = alpha < SHORT || is_shifted || method.are_large(&method.multipliers);
+            let is_sound = shift == 0.0 && method.violation() <= self.allowed();
+            is_estimated = alpha < SHORT || shift > SHIFTED || !is_sound && method.are_large(&method.multipliers);
         }
     }
 
