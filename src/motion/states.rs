@@ -36,6 +36,13 @@ pub(crate) struct ColumnsMut<'a, R> {
     pub(crate) u: &'a [R],
 }
 
+impl<R: Real> ColumnsMut<'_, R> {
+    /// Sets q, v, p*, ṗ* and σ to zero.
+    pub(crate) fn clear(self) {
+        [self.q, self.v, self.p_star, self.p_star_dot, self.sigma].into_iter().for_each(|list| list.fill(R::zero()));
+    }
+}
+
 /// Numbers of rows of q, v, p*, ṗ*, σ, u for n coordinates, m multipliers and k controls.
 pub(crate) fn rows_of_states(n: usize, m: usize, k: usize) -> [usize; 6] {
     [n, n, n, n, m, k]

@@ -322,6 +322,24 @@ impl MotionProblem {
         Ok(())
     }
 
+    /// As [`product`](Problem::product), along a direction of controls that changes nothing before a node: only the entries of variables that change
+    /// nothing before it, either, are computed.
+    ///
+    /// # Errors
+    /// As `product`.
+    pub(super) fn product_from(&mut self, direction: &[f64], node: usize, product: &mut [f64]) -> Result<(), Error> {
+        self.sizes().product(direction, product)?;
+        if !self.asked {
+            product.fill(0.0);
+            return Ok(());
+        }
+        self.variables.push_forward(&self.tried.x, direction, &mut self.direction);
+        let of = self.solver.hessian_product_from(&self.direction, node)?;
+        self.variables.pull_back(&self.tried.x, of, product);
+        self.variables.add_curvature(direction, &self.gradient, product);
+        Ok(())
+    }
+
     /// The free quantities.
     pub fn free(&self) -> &Variables {
         &self.variables
@@ -402,15 +420,6 @@ impl Problem for MotionProblem {
     }
 
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
-        self.sizes().product(direction, product)?;
-        if !self.asked {
-            product.fill(0.0);
-            return Ok(());
-        }
-        self.variables.push_forward(&self.tried.x, direction, &mut self.direction);
-        let of = self.solver.hessian_product(&self.direction)?;
-        self.variables.pull_back(&self.tried.x, of, product);
-        self.variables.add_curvature(direction, &self.gradient, product);
-        Ok(())
+        self.product_from(direction, 0, product)
     }
 }

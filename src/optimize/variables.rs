@@ -142,6 +142,22 @@ impl Variables {
         all
     }
 
+    /// For each variable, the first node at which it changes the inputs; 0 for quantities that are not controls.
+    pub(super) fn first_nodes(&self) -> Vec<usize> {
+        let mut first = vec![0; self.len()];
+        for ((free, range), knots) in self.parts().zip(&self.knots) {
+            if free.quantity.control().is_none() {
+                continue;
+            }
+            let last = self.shares.len() - 1;
+            first[range.clone()].fill(last);
+            for node in (0..=last).rev() {
+                self.weights((free, knots), node).for_each(|(knot, _)| first[range.start + knot] = node);
+            }
+        }
+        first
+    }
+
     /// # Errors
     /// Inputs with another number of nodes, or a system that lacks a free quantity.
     pub(super) fn check(&self, system: &System, inputs: &Inputs) -> Result<(), Error> {

@@ -343,12 +343,18 @@ impl Solver {
     /// # Errors
     /// As [`gradient`](Self::gradient), or a direction of wrong size or with numbers that are not finite.
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
+        self.hessian_product_from(direction, 0)
+    }
+
+    /// As [`hessian_product`](Self::hessian_product), along a direction that changes only controls at a node and behind it. Of the result, only the
+    /// derivatives by controls at these nodes are computed.
+    pub(crate) fn hessian_product_from(&mut self, direction: &Inputs, first: usize) -> Result<&Gradient, Error> {
         if self.has_events() {
             return self.product_located(direction);
         }
         let Solver { system, settings, forward, sweeps, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
-        products.run(system, (forward.solved(), &mut sweeps[0]), settings, direction)
+        products.run(system, (forward.solved(), &mut sweeps[0]), settings, (direction, first))
     }
 
     /// The adjoint variables of the last gradient, if [`Settings::keep_adjoint`] is set.

@@ -19,20 +19,27 @@ pub(super) struct StageEnd<'a> {
 }
 
 impl SecondOrderSweep {
+    /// Computes the derivatives from a node on, before which nothing changes.
     pub(super) fn forward(
         &mut self,
         system: &System,
         motion: &Motion,
         linearisation: &mut Linearisation,
+        from: usize,
     ) -> Result<(), Error> {
         let (scheme, last) = (motion.trajectory.scheme, motion.trajectory.last_stage());
         self.unused_events.append(&mut self.events);
         self.unused_events.extend(self.ended.take());
-        self.begin_motion(system, motion, linearisation);
+        self.change.inputs.grid.write_times(&mut self.change.trajectory.times);
         self.sigma_before.fill(0.0);
         linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(0));
-        self.solve(system, motion, linearisation, &stage_end(motion, (0, last), None), 0.0)?;
-        for node in 1..motion.nodes() {
+        if let Some(before) = from.checked_sub(1) {
+            self.change.trajectory.stage_mut(before, last).clear();
+        } else {
+            self.begin_motion(system, motion, linearisation);
+            self.solve(system, motion, linearisation, &stage_end(motion, (0, last), None), 0.0)?;
+        }
+        for node in from.max(1)..motion.nodes() {
             let happened = motion.events.at(node);
             let ended = happened.map(|happened| happened.end);
             for s in 1..=last {
@@ -51,7 +58,6 @@ impl SecondOrderSweep {
 
     /// Computes q̇₀ and ṗ*₀, which may follow from v̇₀: p*₀ = T_v(q₀, v₀; b).
     fn begin_motion(&mut self, system: &System, motion: &Motion, linearisation: &Linearisation) {
-        self.change.inputs.grid.write_times(&mut self.change.trajectory.times);
         self.known_q.copy_from_slice(self.change.inputs.start.q().as_slice());
         if let Start::Momentum { p_star, .. } = &self.change.inputs.start {
             self.known_p.copy_from_slice(p_star.as_slice());

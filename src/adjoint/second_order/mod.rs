@@ -125,15 +125,17 @@ impl SecondOrderSweep {
     /// Begins another motion.
     pub(crate) fn forget(&mut self) {
         self.kept.forget();
+        (self.accuracy, self.sweep.accuracy) = (Accuracy::default(), Accuracy::default());
     }
 
-    /// The product of a direction with the Hessian of the function that the sweep differentiates.
+    /// The product of a direction with the Hessian of the function that the sweep differentiates. If the direction changes only controls from a node on, the
+    /// derivatives by these are computed alone.
     pub(crate) fn run(
         &mut self,
         system: &System,
         (mut solved, first): (SolvedMotion, &mut AdjointSweep),
         settings: &Settings,
-        direction: &Inputs,
+        (direction, first_node): (&Inputs, usize),
     ) -> Result<&Gradient, Error> {
         check(solved.motion, direction)?;
         if !first.is_recorded {
@@ -148,9 +150,12 @@ impl SecondOrderSweep {
         let unit = unit_of(direction);
         let scaled = (unit != 1.0).then(|| direction.along(direction, |d, _| d / unit));
         let direction = scaled.as_ref().unwrap_or(direction);
+        // A control in a step has an effect on costs with control rates at the node before it. Halved steps have other nodes.
+        let is_given = motion.trajectory.inserted.is_empty();
+        let from = if is_given { first_node.saturating_sub(usize::from(system.has_control_rates())) } else { 0 };
         self.begin(system, motion, linearisation, direction)?;
-        self.forward(system, motion, linearisation)?;
-        self.backward(system, motion, (linearisation, &first), direction)?;
+        self.forward(system, motion, linearisation, from)?;
+        self.backward(system, motion, (linearisation, &first), (direction, from))?;
         if unit != 1.0 {
             self.sweep.gradient.multiply(unit);
         }
@@ -176,7 +181,7 @@ impl SecondOrderSweep {
     ) -> Result<DVector<f64>, Error> {
         check(motion, direction)?;
         self.begin(system, motion, linearisation, direction)?;
-        self.forward(system, motion, linearisation)?;
+        self.forward(system, motion, linearisation, 0)?;
         let inputs = motion.inputs.along(&self.change.inputs, Dual64::new);
         let trajectory = motion.trajectory.zip_map(&self.change.trajectory, Dual64::new);
         self.accelerations.by_programs = true;
@@ -201,7 +206,6 @@ impl SecondOrderSweep {
             change.trajectory = Trajectory::zeros(system, nodes, scheme);
         }
         self.steps = dual(&motion.inputs.grid.steps, &change.inputs.grid.steps);
-        self.accuracy = Accuracy::default();
         self.kept.fit(system, motion);
         if let Some(accelerations) = &mut self.accelerations.own {
             accelerations.begin();

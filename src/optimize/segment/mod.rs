@@ -1,8 +1,11 @@
 //! [`Segment`]: a part of a motion, treated as a motion of its own.
 
 mod independent;
+#[cfg(test)]
+mod tests;
 
 use nalgebra::{DMatrix, DVector};
+use std::cmp::Ordering;
 use std::ops::Range;
 
 use super::free::{Free, Quantity};
@@ -222,6 +225,51 @@ impl Segment {
             }
             Begin::Given | Begin::State => product.copy_from_slice(&own),
         }
+        Ok(())
+    }
+
+    /// The Hessian of the function differentiated last.
+    ///
+    /// # Errors
+    /// A point without second derivatives.
+    pub(super) fn hessian(&mut self) -> Result<DMatrix<f64>, Error> {
+        let size = self.places.len();
+        let mut first = self.motion.free().first_nodes();
+        first.resize(size, 0);
+        let (mut direction, mut product, mut hessian) = (vec![0.0; size], vec![0.0; size], DMatrix::zeros(size, size));
+        for i in 0..size {
+            direction[i] = 1.0;
+            self.product_from(&direction, first[i], &mut product)?;
+            direction[i] = 0.0;
+            (0..size).filter(|&row| first[row] >= first[i]).for_each(|row| hessian[(row, i)] = product[row]);
+        }
+        for i in 0..size {
+            for j in 0..i {
+                let (low, high) = (hessian[(i, j)], hessian[(j, i)]);
+                let entry = match first[i].cmp(&first[j]) {
+                    Ordering::Greater => low,
+                    Ordering::Equal => 0.5 * (low + high),
+                    Ordering::Less => high,
+                };
+                (hessian[(i, j)], hessian[(j, i)]) = (entry, entry);
+            }
+        }
+        Ok(hessian)
+    }
+
+    /// As [`product`](Self::product), along a direction of controls that changes nothing before a node: only the entries of variables that change nothing
+    /// before it, either, are computed.
+    fn product_from(&mut self, direction: &[f64], node: usize, product: &mut [f64]) -> Result<(), Error> {
+        if node == 0 {
+            return self.product(direction, product);
+        }
+        // The start has no part in it.
+        let others = direction.len() - self.state();
+        let (mut own, mut along) = (vec![0.0; self.own.len()], vec![0.0; self.own.len()]);
+        along[..others].copy_from_slice(&direction[..others]);
+        self.motion.product_from(&along, node, &mut own)?;
+        product[..others].copy_from_slice(&own[..others]);
+        product[others..].fill(0.0);
         Ok(())
     }
 

@@ -235,14 +235,11 @@ fn linearised((k, at): (usize, &Layout), segment: &mut Segment, wanted: &Wanted)
 
 fn hessian((k, at): (usize, &Layout), segment: &mut Segment, of: &Weights) -> Result<DMatrix<f64>, Error> {
     let (size, places) = (at.shape.bounds[k].len(), &at.places[k]);
-    let (mut direction, mut product) = (vec![0.0; places.len()], vec![0.0; places.len()]);
-    segment.gradient(of.cost, (&of.of_outputs, &of.of_end), &mut product)?;
-    let mut hessian = DMatrix::zeros(size, size);
-    for (i, &at) in places.iter().enumerate() {
-        direction[i] = 1.0;
-        segment.product(&direction, &mut product)?;
-        direction[i] = 0.0;
-        places.iter().zip(&product).for_each(|(&row, x)| hessian[(row, at)] = *x);
+    let mut gradient = vec![0.0; places.len()];
+    segment.gradient(of.cost, (&of.of_outputs, &of.of_end), &mut gradient)?;
+    let (own, mut hessian) = (segment.hessian()?, DMatrix::zeros(size, size));
+    for (column, &j) in own.column_iter().zip(places) {
+        column.iter().zip(places).for_each(|(x, &i)| hessian[(i, j)] = *x);
     }
-    Ok(0.5 * (&hessian + hessian.transpose()))
+    Ok(hessian)
 }
