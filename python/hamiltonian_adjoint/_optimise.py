@@ -71,8 +71,9 @@ class _Stated:
         If `starts` is larger than 1, the other starts have random controls, durations and guesses, one of four near the best minimum so far; they run
         on all cores, and the lowest minimum is returned.
 
-        With `accuracy`, the problem is solved again by ESDIRK4, and then with steps halved, until the estimated errors that the grid causes are at most
-        this fraction of J, and of each constrained output or 1 m or rad, whichever is larger; `inputs` of the optimum have this grid, and `scheme` is its scheme.
+        With `accuracy`, the problem is solved again by ESDIRK4, and then with the steps halved that have the largest errors, until the estimated errors
+        that the grid causes are at most this fraction of J, and of each constrained output or 1 m or rad, whichever is larger; `inputs` of the optimum
+        have this grid, and `scheme` is its scheme.
 
         `callback(iterate, x)` may return True to stop. It receives the iterates of the first start, and the best point after each group of other starts. With
         `progress`, a bar by tqdm counts these calls. Options are those of `minimise`; `iterations` limits each attempt, which has at most 400 in segments.

@@ -5,7 +5,7 @@ use hamiltonian_adjoint::optimize::{Guess, MotionProblem, Outcome, Problem, Solv
 use hamiltonian_adjoint::{Error, Scheme, Settings, Solver, Warning};
 
 /// The largest deviation of the constrained outputs and of J if another scheme simulates the same inputs with steps halved.
-fn deviation(problem: &MotionProblem, found: &Outcome) -> f64 {
+pub fn deviation(problem: &MotionProblem, found: &Outcome) -> f64 {
     let inputs = problem.inputs_at(&found.x);
     let mut finer = inputs.clone();
     finer.grid.steps = inputs.grid.steps.iter().flat_map(|h| [0.5 * h; 2]).collect();
@@ -62,7 +62,9 @@ fn minima_become_accurate() {
     assert_eq!(fine.outcome.x.len(), rough.x.len());
     assert!(fine.outcome.iterations == first.iterations + second.iterations);
     let finest = assert_accurate(&mut upright(1, 0.0), 1e-5);
-    assert!(finest.attempts.last().expect("several").what == "200 steps", "{finest}");
+    // Some steps are halved.
+    assert!(finest.attempts.last().expect("several").what.ends_with("steps"), "{finest}");
+    assert!((102..=201).contains(&finest.outcome.x.len()), "{finest}");
     assert!((finest.outcome.value - fine.outcome.value).abs() < 1e-4 * fine.outcome.value);
     // Three links need shorter steps, too.
     let mut problem = upright(3, 0.0);

@@ -15,6 +15,7 @@ mod near;
 mod overdetermined;
 mod reach;
 mod records;
+mod refined;
 mod refused;
 mod segments;
 mod shooting;

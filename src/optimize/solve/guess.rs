@@ -70,8 +70,8 @@ impl Search {
         }
     }
 
-    /// Solves again by a scheme of order 4, and then with steps halved, until the estimated errors of J and of all constrained outputs are at most
-    /// this fraction: of the size of J, and of that of an output or 1 m or rad, whichever is larger. What remains is a
+    /// Solves again by a scheme of order 4, and then with the steps halved that have the largest errors, until the estimated errors of J and of all
+    /// constrained outputs are at most this fraction: of the size of J, and of that of an output or 1 m or rad, whichever is larger. What remains is a
     /// [`Warning::Inaccurate`](crate::Warning::Inaccurate).
     ///
     /// The problem then has this scheme and these steps, with a variable for each node of a control that is free at all nodes, and the same knots of
