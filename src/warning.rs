@@ -255,6 +255,16 @@ pub enum Warning {
         /// The estimated difference of its value in the continuous motion, from a motion with halved steps.
         error: f64,
     },
+    /// A result of [`solve`](crate::optimize::solve()) violates constraints, and at least half of the variables of a free quantity are at their bounds: with
+    /// wider bounds, the constraints might be satisfied.
+    AtBounds {
+        /// The free quantity.
+        quantity: String,
+        /// The number of its variables at bounds.
+        count: usize,
+        /// The number of its variables.
+        of: usize,
+    },
     /// The sum of squares χ² of the residuals of a fit is improbable: for a correct model with normal errors of the stated standard deviations, a χ² so
     /// far from the number of degrees of freedom has a probability below [`MISFIT`](Warning::MISFIT).
     ///
@@ -476,6 +486,10 @@ impl fmt::Display for Warning {
                 f,
                 "the steps are too long: {quantity} is {value:.4e}, but would differ by about {error:.1e} with very short steps under the same controls; require an accuracy of `solve`, or use shorter steps"
             ),
+            Warning::AtBounds { quantity, count, of } => {
+                let many = if *of > 1 { format!(" in {count} of {of} variables") } else { String::new() };
+                write!(f, "{quantity} is at its bounds{many} while constraints are violated; wider bounds may be needed")
+            }
             Warning::Misfit { chi_squared, degrees_of_freedom, probability } => {
                 let degrees = *degrees_of_freedom as f64;
                 let is_large = *chi_squared > degrees;

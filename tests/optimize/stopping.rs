@@ -7,7 +7,7 @@ use hamiltonian_adjoint::optimize::{
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Settings, Sum};
+use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Settings, Sum, Warning};
 use std::f64::consts::FRAC_PI_2;
 
 /// cosh(x − 1) + (y + 2)², least at (1, −2).
@@ -115,6 +115,11 @@ fn an_angle_whose_square_must_vanish_has_no_multiplier() {
 
 /// An arm of 1 m with a motor of at most 20 N m, which must reach a height of 1.5 m above its shoulder in 1 s.
 fn reach() -> MotionProblem {
+    raise(1.5, 20.0)
+}
+
+/// An arm of 1 m that must reach a height above its shoulder in 1 s with a largest torque.
+fn raise(height: f64, torque: f64) -> MotionProblem {
     let mut scene = Scene::new();
     scene.gravity(0.0, -9.81);
     let arm = scene.body("arm", 1.0, 0.1, [1.0, 0.0, 0.0]);
@@ -125,10 +130,10 @@ fn reach() -> MotionProblem {
     let [x, y] = [0, 1].map(|i| scene.end_state(arm.coordinates[i]));
     let system = scene.compile().expect("a scene");
     let inputs = Inputs::at_rest(&system, Grid::uniform(50, 0.02));
-    let variables = Variables::new(&system, &inputs, vec![Free::control(motor).within(-20.0, 20.0)]).expect("free");
+    let variables = Variables::new(&system, &inputs, vec![Free::control(motor).within(-torque, torque)]).expect("free");
     let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
     problem.constrain(x.position, Interval::equal(0.0));
-    problem.constrain(y.position, Interval::equal(1.5));
+    problem.constrain(y.position, Interval::equal(height));
     problem
 }
 
@@ -166,6 +171,24 @@ fn motions_that_cannot_be_are_infeasible() {
                 assert!(names.iter().all(|name| text.contains(name)), "{text}");
             }
         }
+    }
+}
+
+#[test]
+fn torques_that_are_too_weak_are_named() {
+    let at_bounds = |outcome: &Outcome| {
+        outcome.warnings.iter().find(|warning| matches!(warning, Warning::AtBounds { .. })).map(ToString::to_string)
+    };
+    // The arm weighs 9.81 N.
+    let solved = solve(&mut raise(1.0, 5.0), Guess::Straight, &Options::default(), &mut silent).expect("fits");
+    println!("{solved}");
+    assert!(!solved.outcome.reason.is_converged(), "{solved}");
+    let warning = at_bounds(&solved.outcome).expect("a warning");
+    assert!(warning.contains("torque is at its bounds in ") && warning.contains(" of 51 variables"), "{warning}");
+    assert!(solved.to_string().contains(&warning), "{solved}");
+    for height in [1.5, 1.0] {
+        let solved = solve(&mut raise(height, 40.0), Guess::Straight, &Options::default(), &mut silent).expect("fits");
+        assert_eq!(at_bounds(&solved.outcome), None, "{solved}");
     }
 }
 

@@ -7,6 +7,7 @@ mod guess;
 mod halved;
 mod pose;
 mod reach;
+mod saturated;
 mod sensitivity;
 mod solved;
 mod starts;
@@ -48,6 +49,8 @@ const ALIKE: f64 = 1e-4;
 ///
 /// [`Warning::Inaccurate`](crate::Warning::Inaccurate) in the outcome says that steps are too long for the minimum found. If an accuracy is wanted
 /// ([`Search::accurate_to`]), the problem is solved again with smaller errors of the grid.
+///
+/// If constraints stay violated while controls are at their bounds, [`Warning::AtBounds`](crate::Warning::AtBounds) names the controls.
 ///
 /// The problem is left with the motion of the solution, and [`Solved`] lists what was tried.
 ///

@@ -6,6 +6,7 @@ use super::attempt::{Haste, Known, in_segments, near_optimum};
 use super::division::counts;
 use super::guess::{Guess, Line};
 use super::reach::Reach;
+use super::saturated::saturated;
 use super::solved::{Attempt, Solved};
 use crate::Error;
 
@@ -87,17 +88,20 @@ pub(super) fn from_start(
         best = Some(better(best, outcome, options));
         problem.settle_at(&start);
     }
-    let outcome = match best {
+    let mut outcome = match best {
         Some(outcome) if is_tried => outcome,
         best => {
             let outcome = as_one_motion(problem, (&start, reach), (options, &mut attempts), watch)?;
-            if is_final(&outcome, options) || outcome.reason == Reason::Infeasible {
+            if is_final(&outcome, options) {
                 return Ok(Solved { outcome, attempts });
             }
-            better(best, outcome, options)
+            if outcome.reason == Reason::Infeasible { outcome } else { better(best, outcome, options) }
         }
     };
     problem.settle_at(&outcome.x);
+    if outcome.violation > options.violation {
+        outcome.warnings.extend(saturated(problem, &outcome.x));
+    }
     Ok(Solved { outcome, attempts })
 }
 
