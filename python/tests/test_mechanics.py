@@ -265,7 +265,7 @@ def test_relative_degree():
     scene = ha.Scene()
     carts = [scene.particle(f"cart {k}", 2.0, (float(k), 0.0)) for k in range(2)]
     force = scene.control("force")
-    scene.actuator("motor", ha.GROUND.at(0.0, 0.0), 0.0, carts[0].point(), force)
+    scene.actuator("motor", ha.GROUND.at(0.0, 0.0), carts[0].point(), 0.0, force)
     scene.spring_damper("spring", carts[0].point(), carts[1].point(), 100.0, 1.0, 0.0)
     at = ha.Mechanics(scene.compile())
     behind = carts[1].x

@@ -156,7 +156,8 @@ def test_several_starts():
 
 def test_what_to_do_without_an_optimum():
     x, force, mass, position, speed, system, inputs = block(20)
-    found = ha.solve(system, inputs, [force], constraints={position: 1.0, speed: 0.0}, bounds={force: (-2.0, 2.0)})
+    with pytest.warns(ha.MotionWarning, match="force is at its bounds in 21 of 21 variables"):
+        found = ha.solve(system, inputs, [force], constraints={position: 1.0, speed: 0.0}, bounds={force: (-2.0, 2.0)})
     assert not found.converged and "try several `starts`, another `guess`, more `iterations`, a longer duration, or wider bounds" in str(found)
 
 
