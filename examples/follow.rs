@@ -22,9 +22,11 @@ const DT: f64 = 1.0 / STEPS as f64;
 /// The tip is prescribed at every so many nodes.
 const EVERY: usize = 4;
 
-/// The part of the path at a time from 0 to 1 s; its first four derivatives vanish at both ends.
+/// The part of the path at a time from 0 to 1 s. Six derivatives vanish at both ends: the torque at the elbow turns the link before, too, and appears in the
+/// sixth derivative of the tip's position through the spring at the shoulder.
 fn part(t: f64) -> f64 {
-    t.powi(5) * (126.0 + t * (-420.0 + t * (540.0 + t * (-315.0 + 70.0 * t))))
+    let binomials = [1.0, 7.0, 28.0, 84.0, 210.0, 462.0, 924.0];
+    t.powi(7) * binomials.iter().rev().fold(0.0, |sum, c| sum * (1.0 - t) + c)
 }
 
 /// The arm, with its links and rotors, motors and springs.

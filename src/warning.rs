@@ -252,8 +252,10 @@ pub enum Warning {
         quantity: String,
         /// The value of the quantity at the minimum.
         value: f64,
-        /// The estimated difference of its value in the continuous motion, from a motion with halved steps.
+        /// The estimated difference of its value in the continuous motion, from motions with divided steps.
         error: f64,
+        /// The accuracy that was wanted, if any.
+        wanted: Option<f64>,
     },
     /// A result of [`solve`](crate::optimize::solve()) violates constraints, and at least half of the variables of a free quantity are at their bounds: with
     /// wider bounds, the constraints might be satisfied.
@@ -482,10 +484,16 @@ impl fmt::Display for Warning {
                 f,
                 "with shorter steps the fit would find another value of `{variable}`: the estimated change is {shift:.1e}, but its standard error by the residuals is {noise:.1e}; the standard errors include this change; use shorter steps or a scheme of higher order"
             ),
-            Warning::Inaccurate { quantity, value, error } => write!(
-                f,
-                "the steps are too long: {quantity} is {value:.4e}, but would differ by about {error:.1e} with very short steps under the same controls; require an accuracy of `solve`, or use shorter steps"
-            ),
+            Warning::Inaccurate { quantity, value, error, wanted } => {
+                let of = format!("{quantity} is {value:.4e}, but would differ by about {error:.1e} with very short steps under the same controls");
+                match wanted {
+                    None => write!(f, "the steps are too long: {of}; require an accuracy of `solve`, or use shorter steps"),
+                    Some(wanted) => write!(
+                        f,
+                        "the accuracy of {wanted:e} is not reached: {of}; use shorter steps, and neither costs or outputs at single nodes nor piecewise constant controls, with which steps are not halved"
+                    ),
+                }
+            }
             Warning::AtBounds { quantity, count, of } => {
                 let many = if *of > 1 { format!(" in {count} of {of} variables") } else { String::new() };
                 write!(f, "{quantity} is at its bounds{many} while constraints are violated; wider bounds may be needed")

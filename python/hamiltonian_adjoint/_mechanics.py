@@ -194,8 +194,9 @@ class Mechanics:
     def relative_degree(self, coordinate: Coordinate | str, controls: Iterable[Control | str]) -> int | None:
         """The order of the lowest time derivative of a coordinate that one of the controls changes at once; `None` if they have no influence on it.
 
-        It is 2 if a motor moves the coordinate itself, 3 if a spring with a damper is between them, and 4 with a spring alone. A servo constraint, which
-        prescribes the coordinate and asks for the control, has the index r + 1.
+        It is 2 if a motor or its reaction acts on the body itself or on one that joints connect to it, 3 if a spring with a damper is between them, and 4
+        with a spring alone. A servo constraint, which prescribes one coordinate and asks for one control, has the index r + 1; several at once may have
+        a higher index.
         """
         return self._core.relative_degree(self._coordinates([coordinate])[0], self._controls(controls))
 

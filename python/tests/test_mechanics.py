@@ -247,7 +247,7 @@ def test_inverse_dynamics():
     assert found[angle.a] == pytest.approx(1.5, abs=1e-12) and found[force] == found.controls[0] != 0.0 and np.array_equal(found.q, at.q)
     assert at.inverse_dynamics({"link 1.φ": 1.5}, ["force on the cart"])[force] == found[force]
     # A motor that acts on the accelerations of a coordinate that the rail prescribes.
-    with pytest.raises(ha.MotionError, match="the controls `force on the cart` do not determine the accelerations of `cart.y`"):
+    with pytest.raises(ha.MotionError, match="the control `force on the cart` does not determine the accelerations of `cart.y`"):
         at.inverse_dynamics({"cart.y": 1.0}, [force])
     with pytest.raises(ha.InputError, match="controls of the inverse dynamics"):
         at.inverse_dynamics({angle: 1.0}, [])

@@ -133,17 +133,20 @@ impl fmt::Display for Error {
                 coordinates.join(", ")
             ),
             Error::NoControl { coordinates, controls, is_singular, order, time } => {
-                let (controls, coordinates, time) = (controls.join(", "), coordinates.join(", "), seconds(*time));
-                write!(f, "at t = {time} s the controls {controls} do not determine the accelerations of {coordinates}: ")?;
+                let do_not = if controls.len() == 1 { "does not" } else { "do not" };
+                let (all, coordinates, time) = (controls.join(", "), coordinates.join(", "), seconds(*time));
+                let which = if controls.len() == 1 { "control" } else { "controls" };
+                write!(f, "at t = {time} s the {which} {all} {do_not} determine the accelerations of {coordinates}: ")?;
                 match (order, is_singular) {
                     (Some(order), _) => write!(
                         f,
-                        "they change only derivatives of order {order} or higher, as if springs were between (a servo constraint of index {}); find them \
-                         for the whole motion by `optimize::solve`, as splines, with readings of the coordinates",
+                        "only derivatives of order {order} or higher change at once, as behind springs (a servo constraint of index {} or \
+                         higher); find the controls of the whole motion by `optimize::solve`, as splines, with readings of the coordinates",
                         order + 1
                     ),
                     (None, true) => f.write_str(
-                        "they have no influence on one of them, or the same influence on several; choose other controls",
+                        "there is no influence on one of the coordinates, or the same influence on several, as where constraints couple them; choose other controls or \
+                         coordinates",
                     ),
                     (None, false) => f.write_str(
                         "Newton's method finds no controls with these accelerations; begin with controls nearer to the solution",

@@ -1,7 +1,7 @@
-//! The errors of J and of the outputs that the grid causes, by the difference to the motion whose steps are all halved.
+//! The errors of J and of the outputs that the grid causes, by the difference to the motion whose steps are all divided.
 //!
-//! An output may be read at a single node, so every second node has no motion with the same outputs. The halved grid keeps the given nodes. With the
-//! order p of the scheme, a motion with halved steps has lost 1 − 2⁻ᵖ of the error.
+//! An output may be read at a single node, so every second node has no motion with the same outputs. The finer grid keeps the given nodes. With the order
+//! p of the scheme, a motion with steps divided by k has lost 1 − k⁻ᵖ of the error.
 
 use crate::motion::Refinement;
 use crate::{Error, Inputs, Settings, Solver, System};
@@ -14,14 +14,14 @@ pub(crate) struct GridErrors {
     pub outputs: Vec<f64>,
 }
 
-/// The errors of a value of J and of outputs. Controls are linear between the given nodes. `None` for composed grids, and if halved steps have to be
-/// halved again.
+/// The errors of a value of J and of outputs, from steps divided into so many parts. Controls are linear between the given nodes. `None` for composed
+/// grids, and if parts have to be halved again.
 ///
 /// # Errors
-/// No motion with halved steps.
+/// No motion with divided steps.
 pub(crate) fn grid_errors(
     system: &System,
-    inputs: &Inputs,
+    (inputs, parts): (&Inputs, usize),
     settings: Settings,
     (value, outputs): (f64, &[f64]),
 ) -> Result<Option<GridErrors>, Error> {
@@ -29,19 +29,20 @@ pub(crate) fn grid_errors(
         return Ok(None);
     }
     // Steps of length zero have no middle.
-    let (mut halves, mut inserted, mut nodes) = (Vec::new(), Vec::new(), vec![0]);
+    let (mut steps, mut inserted, mut nodes) = (Vec::new(), Vec::new(), vec![0]);
     for &step in &inputs.grid.steps {
-        if step != 0.0 {
-            halves.push(0.5 * step);
-            inserted.push(halves.len());
+        let part = step / parts as f64;
+        for _ in 1..if step == 0.0 { 1 } else { parts } {
+            steps.push(part);
+            inserted.push(steps.len());
         }
-        halves.push(0.5 * step);
-        nodes.push(halves.len());
+        steps.push(part);
+        nodes.push(steps.len());
     }
-    let mut halved = Refinement::new((&halves, &[]), inputs.grid.around, &inserted).refine(inputs);
-    halved.events.iter_mut().for_each(|event| event.node = nodes[event.node]);
+    let mut finer = Refinement::new((&steps, &[]), inputs.grid.around, &inserted).refine(inputs);
+    finer.events.iter_mut().for_each(|event| event.node = nodes[event.node]);
     let mut solver = Solver::new(system, settings);
-    let mut motion = solver.simulate(&halved)?.clone();
+    let mut motion = solver.simulate(&finer)?.clone();
     if !motion.inserted.is_empty() {
         return Ok(None);
     }
@@ -49,7 +50,7 @@ pub(crate) fn grid_errors(
     motion.inserted = inserted;
     let taken = Inputs { events: inputs.events.clone(), ..solver.inputs().clone() };
     let (of_value, of_outputs) = (motion.cost(system, &taken)?, motion.outputs(system, &taken)?);
-    let error = |halved: f64, given: f64| (halved - given) / (1.0 - 0.5f64.powi(settings.scheme.order as i32));
-    let of_outputs = of_outputs.iter().zip(outputs).map(|(halved, given)| error(*halved, *given));
+    let error = |finer: f64, given: f64| (finer - given) / (1.0 - (parts as f64).powi(-(settings.scheme.order as i32)));
+    let of_outputs = of_outputs.iter().zip(outputs).map(|(finer, given)| error(*finer, *given));
     Ok(Some(GridErrors { value: error(of_value, value), outputs: of_outputs.collect() }))
 }

@@ -16,9 +16,10 @@ impl Mechanics {
     ///   the least r ≥ 1 for which the row of the coordinate in q_z a^(r−1) b is not zero
     /// ```
     ///
-    /// It is 2 if a motor moves the coordinate itself, 3 if a spring with a damper is between them, and 4 with a spring alone. A servo constraint, which
-    /// prescribes the coordinate and asks for the control, is a differential-algebraic equation of index r + 1. Forces at other states may act with a
-    /// lower or a higher degree, for example where a lever passes a dead centre.
+    /// It is 2 if a motor or its reaction acts on the body itself or on one that joints connect to it, 3 if a spring with a damper is between them, and 4
+    /// with a spring alone. A servo constraint, which prescribes one coordinate and asks for one control, is a differential-algebraic equation of index
+    /// r + 1; several at once may have a higher index. Forces at other states may act with a lower or a higher degree, for example where a lever passes a
+    /// dead centre.
     ///
     /// ```
     /// use hamiltonian_adjoint::{Mechanics, Scene, planar::Body};

@@ -133,12 +133,12 @@ impl MotionProblem {
         Ok(self)
     }
 
-    /// The errors of J and of the outputs at the last evaluated point that the grid causes, if they can be estimated.
+    /// The errors of J and of the outputs at the last evaluated point that the grid causes, if they can be estimated from steps divided into so many parts.
     ///
     /// # Errors
-    /// No motion with halved steps.
-    pub(super) fn errors_of(&self, values: (f64, &[f64])) -> Result<Option<GridErrors>, Error> {
-        grid_errors(self.solver.system(), &self.tried.inputs, self.solver.settings(), values)
+    /// No motion with divided steps.
+    pub(super) fn errors_of(&self, values: (f64, &[f64]), parts: usize) -> Result<Option<GridErrors>, Error> {
+        grid_errors(self.solver.system(), (&self.tried.inputs, parts), self.solver.settings(), values)
     }
 
     /// Makes a point the current one, with its motion, if it has one.
@@ -416,7 +416,7 @@ impl Problem for MotionProblem {
 
     fn grid_errors(&self) -> Result<Option<Vec<f64>>, Error> {
         let outputs = self.solver.outputs()?;
-        Ok(self.errors_of((0.0, outputs.as_slice()))?.map(|errors| errors.outputs))
+        Ok(self.errors_of((0.0, outputs.as_slice()), 2)?.map(|errors| errors.outputs))
     }
 
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {

@@ -150,5 +150,5 @@ fn a_motor_behind_a_spring_is_named_beside_one_that_acts() {
     let at = Mechanics::new(&system, &[0.0, 0.0, 1.0, 0.0, 2.0, 0.0], &[0.0; 6]).expect("a state");
     let asked = [1, 2].map(|k| (masses[k].coordinates[0], 1.0));
     let error = at.inverse_dynamics(&asked, &forces).expect_err("a spring");
-    assert_says(&error, &["the controls `far` do not", "`mass 1.x`, `mass 2.x`", "order 4"]);
+    assert_says(&error, &["the control `far` does not", "`mass 1.x`, `mass 2.x`", "order 4"]);
 }

@@ -5,10 +5,10 @@ use super::accurate::deviation;
 use super::solve::OPTIONS;
 use hamiltonian_adjoint::optimize::{Free, Guess, Interval, MotionProblem, Variables, silent, solve};
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::{Grid, Inputs, Scene, Settings, Start, Sum};
+use hamiltonian_adjoint::{Grid, Inputs, Scene, Scheme, Settings, Solver, Start, Sum};
 
 /// A cart that cannot stop before a stiff spring at 0.5 m, bounces from it within a tenth of a second, and comes to rest where it started after 2 s.
-fn bouncing() -> MotionProblem {
+fn bouncing(stiffness: f64, width: f64, steps: usize) -> MotionProblem {
     let mut scene = Scene::new();
     let cart = scene.body("cart", 2.0, 0.1, [0.0, 0.0, 0.0]);
     let [origin, centre] = [Body::GROUND.at(0.0, 0.0), cart.at(0.0, 0.0)];
@@ -21,12 +21,12 @@ fn bouncing() -> MotionProblem {
         0.0,
         centre,
         [(-10.0).into(), 0.5.into()],
-        [2000.0.into(), 0.0.into(), 0.02.into()],
+        [stiffness.into(), 0.0.into(), width.into()],
     );
     scene.cost("effort", Effort, Sum::Integral, [], [], [force], [1.0.into()]);
     let end = scene.end_state(cart.coordinates[0]);
     let system = scene.compile().expect("a scene");
-    let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, 0.02));
+    let mut inputs = Inputs::at_rest(&system, Grid::uniform(steps, 2.0 / steps as f64));
     let Start::Velocity { v, .. } = &mut inputs.start else { panic!("velocities") };
     v[0] = 1.0;
     let variables = Variables::new(&system, &inputs, vec![Free::control(force).within(-2.0, 2.0)]).expect("free");
@@ -38,7 +38,7 @@ fn bouncing() -> MotionProblem {
 
 #[test]
 fn steps_are_halved_at_a_contact() {
-    let mut problem = bouncing();
+    let mut problem = bouncing(2000.0, 0.02, 100);
     let solved = solve(&mut problem, Guess::Straight.accurate_to(1e-5), &OPTIONS, &mut silent).expect("fits");
     println!("{solved}");
     assert!(solved.outcome.reason.is_converged() && solved.outcome.warnings.is_empty(), "{solved}");
@@ -51,4 +51,29 @@ fn steps_are_halved_at_a_contact() {
     let is_short = |k: &usize| steps[*k] < 0.019;
     let mut short = (0..steps.len()).filter(is_short).map(|k| times[k + 1]);
     assert!(short.all(|t| (0.5..0.75).contains(&t)), "{steps:?}");
+}
+
+#[test]
+fn the_errors_of_sharp_contacts_are_seen() {
+    for (stiffness, width, steps) in [(1000.0, 1e-3, 50), (1000.0, 1e-3, 40), (3000.0, 1e-3, 60)] {
+        let mut problem = bouncing(stiffness, width, steps);
+        let solved = solve(&mut problem, Guess::Inputs.accurate_to(1e-4), &OPTIONS, &mut silent).expect("fits");
+        let found = &solved.outcome;
+        let mut inputs = problem.inputs_at(&found.x);
+        let coarse = inputs.clone();
+        inputs.grid.steps = coarse.grid.steps.iter().flat_map(|h| [h / 32.0; 32]).collect();
+        inputs.controls = nalgebra::DMatrix::from_fn(1, inputs.grid.nodes(), |_, k| {
+            let (step, share) = (k / 32, (k % 32) as f64 / 32.0);
+            let u = |node: usize| coarse.controls[(0, node.min(coarse.grid.steps.len()))];
+            (1.0 - share) * u(step) + share * u(step + 1)
+        });
+        let mut solver = Solver::new(problem.solver.system(), Settings { scheme: Scheme::ESDIRK5, ..Settings::default() });
+        solver.simulate(&inputs).expect("a motion");
+        let end = solver.outputs().expect("outputs").amax();
+        println!("{solved}{end:.1e}");
+        assert!(found.reason.is_converged(), "{solved}");
+        let is_warned =
+            found.warnings.iter().any(|warning| warning.to_string().contains("the accuracy of 1e-4 is not reached"));
+        assert!(end < 3e-4 || is_warned, "{end:.1e} {solved}");
+    }
 }

@@ -21,10 +21,7 @@ impl SecondOrderSweep {
         (linearisation, first): (&mut Linearisation, &First),
         (direction, from): (&Inputs, usize),
     ) -> Result<&Gradient, Error> {
-        // The factors are those of earlier products, and so are their losses of digits.
-        let accuracy = std::mem::take(&mut self.sweep.accuracy);
         self.sweep.begin(system, motion, &Settings { keep_adjoint: false, ..Settings::default() })?;
-        self.sweep.accuracy = accuracy;
         self.sweep.cost.factors.copy_from(first.factors);
         self.suspect = None;
         linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(motion.nodes() - 1));

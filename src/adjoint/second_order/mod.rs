@@ -125,7 +125,6 @@ impl SecondOrderSweep {
     /// Begins another motion.
     pub(crate) fn forget(&mut self) {
         self.kept.forget();
-        (self.accuracy, self.sweep.accuracy) = (Accuracy::default(), Accuracy::default());
     }
 
     /// The product of a direction with the Hessian of the function that the sweep differentiates. If the direction changes only controls from a node on, the
@@ -206,6 +205,7 @@ impl SecondOrderSweep {
             change.trajectory = Trajectory::zeros(system, nodes, scheme);
         }
         self.steps = dual(&motion.inputs.grid.steps, &change.inputs.grid.steps);
+        self.accuracy = Accuracy::default();
         self.kept.fit(system, motion);
         if let Some(accelerations) = &mut self.accelerations.own {
             accelerations.begin();

@@ -10,9 +10,14 @@ use super::ways::{from_known, from_start, is_solved};
 use crate::estimate::GridErrors;
 use crate::{Error, Scheme, Warning};
 
-/// The largest number of times that a problem is solved with smaller errors of the grid, and the order of the scheme from which on steps are halved.
-const MOST: usize = 6;
+/// The largest number of times that a problem is solved with smaller errors of the grid, the largest growth of the number of steps, and the order of the
+/// scheme from which on steps are halved.
+const MOST: usize = 12;
+const GROWTH: usize = 16;
 const ORDER: usize = 4;
+/// Errors are estimated from steps divided into these numbers of parts; if an accuracy is wanted from all of them, because where a force begins within a step,
+/// halves may err as the step does.
+const PARTS: [usize; 2] = [2, 4];
 /// Errors of outputs are compared with values of at least this size in the units of an output, m or rad; those of J with at least this fraction of J
 /// at the start.
 const LEAST: f64 = 1.0;
@@ -29,10 +34,15 @@ struct Deviation {
 }
 
 impl Deviation {
-    /// The largest error of J and of the constrained outputs that the grid causes at a minimum, where the problem was evaluated last. `None` if it
-    /// cannot be estimated.
-    fn of(problem: &MotionProblem, minimum: &Outcome) -> Option<Self> {
-        let GridErrors { value, outputs } = problem.errors_of((minimum.value, &minimum.constraints)).ok()??;
+    /// The largest error of J and of the constrained outputs that the grid causes at a minimum, where the problem was evaluated last, by steps divided into
+    /// these numbers of parts. `None` if it cannot be estimated.
+    fn of(problem: &MotionProblem, minimum: &Outcome, parts: &[usize]) -> Option<Self> {
+        let of_parts = parts.iter().filter_map(|parts| Self::by(problem, minimum, *parts));
+        of_parts.max_by(|a, b| a.relative.total_cmp(&b.relative))
+    }
+
+    fn by(problem: &MotionProblem, minimum: &Outcome, parts: usize) -> Option<Self> {
+        let GridErrors { value, outputs } = problem.errors_of((minimum.value, &minimum.constraints), parts).ok()??;
         let of =
             |name: String, value: f64, error: f64, size: f64| Deviation { name, value, error, relative: error.abs() / size };
         // At the minimum, J may be zero up to rounding.
@@ -47,8 +57,8 @@ impl Deviation {
         of_outputs.chain([of_cost]).max_by(|a, b| a.relative.total_cmp(&b.relative))
     }
 
-    fn warning(self) -> Warning {
-        Warning::Inaccurate { quantity: self.name, value: self.value, error: self.error }
+    fn warning(self, wanted: Option<f64>) -> Warning {
+        Warning::Inaccurate { quantity: self.name, value: self.value, error: self.error, wanted }
     }
 }
 
@@ -63,27 +73,34 @@ pub(super) fn make_accurate(
     watch: &mut Watcher,
 ) -> Result<(), Error> {
     let allowed = accuracy.unwrap_or(Warning::INACCURATE);
+    let parts = if accuracy.is_some() { &PARTS[..] } else { &PARTS[..1] };
     let is_far = |problem: &MotionProblem, outcome: &Outcome| {
-        let deviation = if is_solved(outcome, options) { Deviation::of(problem, outcome) } else { None };
+        let deviation = if is_solved(outcome, options) { Deviation::of(problem, outcome, parts) } else { None };
         deviation.filter(|deviation| deviation.relative > allowed)
     };
+    let most_steps = GROWTH * steps(problem);
     for count in 0.. {
         let Some(deviation) = is_far(problem, &found.outcome) else { break };
-        let finer = if accuracy.is_some() && count < MOST { finer(problem, &found.outcome) } else { None };
+        let may_grow = accuracy.is_some() && count < MOST && steps(problem) <= most_steps;
+        let finer = if may_grow { finer(problem, &found.outcome) } else { None };
         let Some(mut finer) = finer else {
-            found.outcome.warnings.push(deviation.warning());
+            found.outcome.warnings.push(deviation.warning(accuracy));
             break;
         };
         let Solved { outcome, attempts } = finer.solved(options, watch)?;
         found.attempts.extend(attempts);
         if !is_solved(&outcome, options) && !outcome.is_interrupted() {
-            found.outcome.warnings.push(deviation.warning());
+            found.outcome.warnings.push(deviation.warning(accuracy));
             break;
         }
         found.outcome = sum(found.outcome.clone(), outcome);
         *problem = finer.problem;
     }
     Ok(())
+}
+
+fn steps(problem: &MotionProblem) -> usize {
+    problem.inputs_at(&problem.start()).grid.steps.len()
 }
 
 /// A problem with smaller errors of the grid, and what is known of its minimum.
@@ -100,8 +117,8 @@ fn finer(problem: &mut MotionProblem, minimum: &Outcome) -> Option<Finer> {
     if scheme.order >= ORDER
         && let Some(Halved { problem, known }) = Halved::new(problem, &known)
     {
-        let steps = problem.inputs_at(&problem.start()).grid.steps.len();
-        return Some(Finer { problem, known, what: format!("{steps} steps") });
+        let what = format!("{} steps", steps(&problem));
+        return Some(Finer { problem, known, what });
     }
     let next = above(scheme)?;
     let by_scheme = problem.statement().by(next).at(&minimum.x).ok()?;

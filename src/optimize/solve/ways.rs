@@ -100,7 +100,7 @@ pub(super) fn from_start(
     };
     problem.settle_at(&outcome.x);
     if outcome.violation > options.violation {
-        outcome.warnings.extend(saturated(problem, &outcome.x));
+        outcome.warnings.splice(..0, saturated(problem, &outcome.x));
     }
     Ok(Solved { outcome, attempts })
 }
