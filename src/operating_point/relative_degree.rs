@@ -25,7 +25,7 @@ impl Mechanics {
     /// use hamiltonian_adjoint::{Mechanics, Scene, planar::Body};
     ///
     /// let mut scene = Scene::new();
-    /// let carts = [0.0, 1.0].map(|x| scene.particle("cart", 2.0, [x, 0.0]));
+    /// let carts = [0.0, 1.0].map(|x| scene.particle(&format!("cart at {x} m"), 2.0, [x, 0.0]));
     /// let force = scene.control("force");
     /// scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, carts[0].point(), force);
     /// scene.spring_damper("spring", carts[0].point(), carts[1].point(), 100.0, 1.0, 0.0);
