@@ -2,16 +2,23 @@
 
 use super::solve::{OPTIONS, upright};
 use hamiltonian_adjoint::optimize::{Guess, MotionProblem, Outcome, Problem, Solved, silent, solve};
-use hamiltonian_adjoint::{Error, Scheme, Settings, Solver, Warning};
+use hamiltonian_adjoint::{Error, Inputs, Scheme, Settings, Solver, Warning};
+
+/// The same inputs with each step divided into so many parts.
+pub fn divided(inputs: &Inputs, parts: usize) -> Inputs {
+    let mut finer = inputs.clone();
+    finer.grid.steps = inputs.grid.steps.iter().flat_map(|h| vec![h / parts as f64; parts]).collect();
+    finer.controls = nalgebra::DMatrix::from_fn(inputs.controls.nrows(), finer.grid.nodes(), |i, k| {
+        let (step, share) = (k / parts, (k % parts) as f64 / parts as f64);
+        let u = |node: usize| inputs.controls[(i, node.min(inputs.grid.steps.len()))];
+        (1.0 - share) * u(step) + share * u(step + 1)
+    });
+    finer
+}
 
 /// The largest deviation of the constrained outputs and of J if another scheme simulates the same inputs with steps halved.
 pub fn deviation(problem: &MotionProblem, found: &Outcome) -> f64 {
-    let inputs = problem.inputs_at(&found.x);
-    let mut finer = inputs.clone();
-    finer.grid.steps = inputs.grid.steps.iter().flat_map(|h| [0.5 * h; 2]).collect();
-    let nodes = finer.grid.nodes();
-    let half = |k: usize, i: usize| 0.5 * (inputs.controls[(i, k / 2)] + inputs.controls[(i, k.div_ceil(2))]);
-    finer.controls = nalgebra::DMatrix::from_fn(inputs.controls.nrows(), nodes, |i, k| half(k, i));
+    let finer = divided(&problem.inputs_at(&found.x), 2);
     let mut solver = Solver::new(problem.solver.system(), Settings { scheme: Scheme::ESDIRK5, ..Settings::default() });
     solver.simulate(&finer).expect("a motion");
     let outputs = solver.outputs().expect("outputs");

@@ -1,7 +1,7 @@
 //! Grids that are refined where the errors are.
 
 use super::Effort;
-use super::accurate::deviation;
+use super::accurate::{deviation, divided};
 use super::solve::OPTIONS;
 use hamiltonian_adjoint::optimize::{Free, Guess, Interval, MotionProblem, Variables, silent, solve};
 use hamiltonian_adjoint::planar::Body;
@@ -59,14 +59,7 @@ fn the_errors_of_sharp_contacts_are_seen() {
         let mut problem = bouncing(stiffness, width, steps);
         let solved = solve(&mut problem, Guess::Inputs.accurate_to(1e-4), &OPTIONS, &mut silent).expect("fits");
         let found = &solved.outcome;
-        let mut inputs = problem.inputs_at(&found.x);
-        let coarse = inputs.clone();
-        inputs.grid.steps = coarse.grid.steps.iter().flat_map(|h| [h / 32.0; 32]).collect();
-        inputs.controls = nalgebra::DMatrix::from_fn(1, inputs.grid.nodes(), |_, k| {
-            let (step, share) = (k / 32, (k % 32) as f64 / 32.0);
-            let u = |node: usize| coarse.controls[(0, node.min(coarse.grid.steps.len()))];
-            (1.0 - share) * u(step) + share * u(step + 1)
-        });
+        let inputs = divided(&problem.inputs_at(&found.x), 32);
         let mut solver = Solver::new(problem.solver.system(), Settings { scheme: Scheme::ESDIRK5, ..Settings::default() });
         solver.simulate(&inputs).expect("a motion");
         let end = solver.outputs().expect("outputs").amax();
