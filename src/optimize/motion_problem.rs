@@ -322,22 +322,33 @@ impl MotionProblem {
         Ok(())
     }
 
-    /// As [`product`](Problem::product), along a direction of controls that changes nothing before a node: only the entries of variables that change
-    /// nothing before it, either, are computed.
+    /// Begins the Hessian of the function differentiated last along a number of directions; false if it is zero.
     ///
     /// # Errors
     /// As `product`.
-    pub(super) fn product_from(&mut self, direction: &[f64], node: usize, product: &mut [f64]) -> Result<(), Error> {
-        self.sizes().product(direction, product)?;
-        if !self.asked {
-            product.fill(0.0);
-            return Ok(());
+    pub(super) fn begin_hessian(&mut self, directions: usize) -> Result<bool, Error> {
+        if self.asked {
+            self.solver.begin_hessian(directions)?;
         }
+        Ok(self.asked)
+    }
+
+    /// True for motions with events.
+    pub(super) fn has_events(&self) -> bool {
+        !self.tried.inputs.events.is_empty()
+    }
+
+    /// The next row of the Hessian, along a direction of controls, or of the start if momenta are given, which changes nothing before a node: a part for
+    /// each variable, and a part for each of the directions up to this one.
+    ///
+    /// # Errors
+    /// As `product`.
+    pub(super) fn hessian_along(&mut self, direction: &[f64], node: usize, own: &mut [f64]) -> Result<&[f64], Error> {
         self.variables.push_forward(&self.tried.x, direction, &mut self.direction);
-        let of = self.solver.hessian_product_from(&self.direction, node)?;
-        self.variables.pull_back(&self.tried.x, of, product);
-        self.variables.add_curvature(direction, &self.gradient, product);
-        Ok(())
+        let (of, others) = self.solver.hessian_along(&self.direction, node)?;
+        self.variables.pull_back(&self.tried.x, of, own);
+        self.variables.add_curvature(direction, &self.gradient, own);
+        Ok(others)
     }
 
     /// The free quantities.
@@ -420,6 +431,15 @@ impl Problem for MotionProblem {
     }
 
     fn product(&mut self, direction: &[f64], product: &mut [f64]) -> Result<(), Error> {
-        self.product_from(direction, 0, product)
+        self.sizes().product(direction, product)?;
+        if !self.asked {
+            product.fill(0.0);
+            return Ok(());
+        }
+        self.variables.push_forward(&self.tried.x, direction, &mut self.direction);
+        let of = self.solver.hessian_product(&self.direction)?;
+        self.variables.pull_back(&self.tried.x, of, product);
+        self.variables.add_curvature(direction, &self.gradient, product);
+        Ok(())
     }
 }

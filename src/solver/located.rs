@@ -62,7 +62,7 @@ impl Solver {
         }
         let Solver { system, settings, forward, sweeps, products, located, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
-        products.run(system, (forward.solved(), &mut sweeps[0]), settings, (&taken, 0))?;
+        products.run(system, (forward.solved(), &mut sweeps[0]), settings, &taken)?;
         let product = products.product_mut();
         located.iter().for_each(|located| located.complete_product(product, direction, &taken));
         Ok(product)

@@ -343,18 +343,27 @@ impl Solver {
     /// # Errors
     /// As [`gradient`](Self::gradient), or a direction of wrong size or with numbers that are not finite.
     pub fn hessian_product(&mut self, direction: &Inputs) -> Result<&Gradient, Error> {
-        self.hessian_product_from(direction, 0)
-    }
-
-    /// As [`hessian_product`](Self::hessian_product), along a direction that changes only controls at a node and behind it. Of the result, only the
-    /// derivatives by controls at these nodes are computed.
-    pub(crate) fn hessian_product_from(&mut self, direction: &Inputs, first: usize) -> Result<&Gradient, Error> {
         if self.has_events() {
             return self.product_located(direction);
         }
         let Solver { system, settings, forward, sweeps, products, .. } = self;
         let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
-        products.run(system, (forward.solved(), &mut sweeps[0]), settings, (direction, first))
+        products.run(system, (forward.solved(), &mut sweeps[0]), settings, direction)
+    }
+
+    /// Begins the Hessian along a number of directions, of the function that [`hessian_product`](Self::hessian_product) uses. Events need products.
+    pub(crate) fn begin_hessian(&mut self, directions: usize) -> Result<(), Error> {
+        let Solver { system, settings, forward, sweeps, products, .. } = self;
+        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        products.begin_hessian(system, (forward.solved(), &mut sweeps[0]), settings, directions)
+    }
+
+    /// The next row of the Hessian, along a direction of controls, or of the start if momenta are given, which changes nothing before a node: what the
+    /// controls contribute directly, and the products of the changes of the motion with those along the directions up to this one.
+    pub(crate) fn hessian_along(&mut self, direction: &Inputs, node: usize) -> Result<(&Gradient, &[f64]), Error> {
+        let Solver { system, settings, forward, sweeps, products, .. } = self;
+        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        products.hessian_along(system, (forward.solved(), &mut sweeps[0]), settings, (direction, node))
     }
 
     /// The adjoint variables of the last gradient, if [`Settings::keep_adjoint`] is set.

@@ -13,28 +13,25 @@ use crate::system::{Covector, NodeView, Order};
 use crate::{Error, Inputs, Settings, Start, System};
 
 impl SecondOrderSweep {
-    /// Sweeps backward to a node, before which nothing changes.
     pub(super) fn backward(
         &mut self,
         system: &System,
         motion: &Motion,
         (linearisation, first): (&mut Linearisation, &First),
-        (direction, from): (&Inputs, usize),
+        direction: &Inputs,
     ) -> Result<&Gradient, Error> {
         self.sweep.begin(system, motion, &Settings { keep_adjoint: false, ..Settings::default() })?;
         self.sweep.cost.factors.copy_from(first.factors);
         self.suspect = None;
         linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(motion.nodes() - 1));
-        for node in (from..motion.nodes()).rev() {
+        for node in (0..motion.nodes()).rev() {
             self.visit(system, motion, (linearisation, first), node)?;
         }
-        if from == 0 {
-            self.begin_rows(system, motion, (linearisation, first));
-            self.back_through_assembly(system, motion, (linearisation, first), direction)?;
-            self.parameter_rows(system, motion, first);
-        }
+        self.begin_rows(system, motion, (linearisation, first));
+        self.back_through_assembly(system, motion, (linearisation, first), direction)?;
+        self.parameter_rows(system, motion, first);
         let (mut report, mut examiner) = (Report::default(), Examiner::new(Order::Second));
-        (from..motion.nodes()).for_each(|node| examiner.visit(system, motion, node, &mut report));
+        (0..motion.nodes()).for_each(|node| examiner.visit(system, motion, node, &mut report));
         self.sweep.gradient.warnings = report.warnings;
         match self.sweep.gradient.check_finite(system, motion.node_of_whole(0)) {
             // Some derivatives do not affect the product, such as that with respect to the start time.

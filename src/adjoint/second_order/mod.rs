@@ -10,13 +10,15 @@
 //! ```
 //!
 //! Events (`event/`), assembled starts ([`assembly`]) and costs on accelerations (`accelerations/evaluation.rs`) are differentiated in the same
-//! way. A product is exact, symmetric to rounding, and costs about as much as a gradient.
+//! way. A product is exact, symmetric to rounding, and costs about as much as a gradient. Hessians along several directions ([`hessian`]) need no backward
+//! sweep.
 
 mod assembly;
 mod backward;
 mod changes;
 mod event;
 mod forward;
+mod hessian;
 mod kept;
 mod sources;
 
@@ -32,6 +34,7 @@ use crate::node::{Linearisation, PhiAlong, SecondOrderPrograms, SolvedMotion};
 use crate::system::{CostFactors, CostRows, Pair, Sums};
 use crate::{Error, Inputs, Scheme, Settings, Start, System, Trajectory};
 use changes::{AssemblyChange, EventChange};
+use hessian::Changes;
 use kept::KeptFactors;
 
 /// Workspace for products.
@@ -44,6 +47,8 @@ pub(crate) struct SecondOrderSweep {
     sweep: AdjointSweep,
     programs: SecondOrderPrograms,
     kept: KeptFactors,
+    /// Changes along the directions of a Hessian.
+    changes: Changes,
     /// Change of the assembly of the start.
     of_assembly: Option<AssemblyChange>,
     /// Directions of the events, in order; in the backward sweep, that of the current node.
@@ -96,6 +101,7 @@ impl SecondOrderSweep {
             sweep: AdjointSweep::new(system, scheme),
             programs: SecondOrderPrograms::default(),
             kept: KeptFactors::default(),
+            changes: Changes::default(),
             of_assembly: None,
             events: Vec::new(),
             ended: None,
@@ -127,34 +133,25 @@ impl SecondOrderSweep {
         self.kept.forget();
     }
 
-    /// The product of a direction with the Hessian of the function that the sweep differentiates. If the direction changes only controls from a node on, the
-    /// derivatives by these are computed alone.
+    /// The product of a direction with the Hessian of the function that the sweep differentiates.
     pub(crate) fn run(
         &mut self,
         system: &System,
         (mut solved, first): (SolvedMotion, &mut AdjointSweep),
         settings: &Settings,
-        (direction, first_node): (&Inputs, usize),
+        direction: &Inputs,
     ) -> Result<&Gradient, Error> {
         check(solved.motion, direction)?;
-        if !first.is_recorded {
-            first.record.get_or_insert_default();
-            let factors = first.cost.factors.clone();
-            let again = |_, of: &mut CostFactors| of.copy_from(&factors);
-            AdjointSweep::run(std::slice::from_mut(first), system, &mut solved, settings, again)?;
-        }
-        let AdjointSweep { record, cost, design, .. } = first;
-        let first = First { record: record.get_or_insert_default(), factors: &cost.factors, design };
+        let first = recorded(first, system, &mut solved, settings)?;
         let SolvedMotion { motion, linearisation, .. } = solved;
         let unit = unit_of(direction);
         let scaled = (unit != 1.0).then(|| direction.along(direction, |d, _| d / unit));
         let direction = scaled.as_ref().unwrap_or(direction);
-        // A control in a step has an effect on costs with control rates at the node before it. Halved steps have other nodes.
-        let is_given = motion.trajectory.inserted.is_empty();
-        let from = if is_given { first_node.saturating_sub(usize::from(system.has_control_rates())) } else { 0 };
-        self.begin(system, motion, linearisation, direction)?;
-        self.forward(system, motion, linearisation, from)?;
-        self.backward(system, motion, (linearisation, &first), (direction, from))?;
+        self.begin(system, motion, linearisation)?;
+        self.follow(system, motion, direction);
+        self.along_assembly(system, motion, linearisation, direction)?;
+        self.forward(system, motion, linearisation, 0)?;
+        self.backward(system, motion, (linearisation, &first), direction)?;
         if unit != 1.0 {
             self.sweep.gradient.multiply(unit);
         }
@@ -179,7 +176,9 @@ impl SecondOrderSweep {
         direction: &Inputs,
     ) -> Result<DVector<f64>, Error> {
         check(motion, direction)?;
-        self.begin(system, motion, linearisation, direction)?;
+        self.begin(system, motion, linearisation)?;
+        self.follow(system, motion, direction);
+        self.along_assembly(system, motion, linearisation, direction)?;
         self.forward(system, motion, linearisation, 0)?;
         let inputs = motion.inputs.along(&self.change.inputs, Dual64::new);
         let trajectory = motion.trajectory.zip_map(&self.change.trajectory, Dual64::new);
@@ -189,30 +188,45 @@ impl SecondOrderSweep {
         Ok(DVector::from_iterator(system.outputs(), sums[1..].iter().map(|sum| sum.eps)))
     }
 
-    /// Sets the direction on the computed grid, and makes room.
-    fn begin(
-        &mut self,
-        system: &System,
-        motion: &Motion,
-        linearisation: &mut Linearisation,
-        direction: &Inputs,
-    ) -> Result<(), Error> {
+    /// Makes room for changes of a motion.
+    fn begin(&mut self, system: &System, motion: &Motion, linearisation: &mut Linearisation) -> Result<(), Error> {
         let change = &mut self.change;
-        change.inputs = motion.refinement().refine(direction);
-        change.design = system.parameters().along(motion.inputs.design.as_slice(), direction.design.as_slice());
         let (nodes, scheme) = (motion.trajectory.times.len(), motion.trajectory.scheme);
         if change.trajectory.times.len() != nodes || change.trajectory.scheme != scheme {
             change.trajectory = Trajectory::zeros(system, nodes, scheme);
         }
-        self.steps = dual(&motion.inputs.grid.steps, &change.inputs.grid.steps);
         self.accuracy = Accuracy::default();
         self.kept.fit(system, motion);
         if let Some(accelerations) = &mut self.accelerations.own {
             accelerations.begin();
         }
-        self.programs.prepare(system, &linearisation.evaluation, &motion.at(0))?;
-        self.along_assembly(system, motion, linearisation, direction)
+        self.programs.prepare(system, &linearisation.evaluation, &motion.at(0))
     }
+
+    /// Sets the direction on the computed grid.
+    fn follow(&mut self, system: &System, motion: &Motion, direction: &Inputs) {
+        let change = &mut self.change;
+        change.inputs = motion.refinement().refine(direction);
+        change.design = system.parameters().along(motion.inputs.design.as_slice(), direction.design.as_slice());
+        self.steps = dual(&motion.inputs.grid.steps, &change.inputs.grid.steps);
+    }
+}
+
+/// Repeats the sweep of the gradient, if its adjoint variables have not been recorded.
+fn recorded<'a>(
+    first: &'a mut AdjointSweep,
+    system: &System,
+    solved: &mut SolvedMotion,
+    settings: &Settings,
+) -> Result<First<'a>, Error> {
+    if !first.is_recorded {
+        first.record.get_or_insert_default();
+        let factors = first.cost.factors.clone();
+        let again = |_, of: &mut CostFactors| of.copy_from(&factors);
+        AdjointSweep::run(std::slice::from_mut(first), system, solved, settings, again)?;
+    }
+    let AdjointSweep { record, cost, design, .. } = first;
+    Ok(First { record: record.get_or_insert_default(), factors: &cost.factors, design })
 }
 
 /// A power of two by which a direction is divided, so that products neither underflow nor overflow; usually 1.

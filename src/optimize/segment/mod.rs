@@ -5,7 +5,6 @@ mod independent;
 mod tests;
 
 use nalgebra::{DMatrix, DVector};
-use std::cmp::Ordering;
 use std::ops::Range;
 
 use super::free::{Free, Quantity};
@@ -228,48 +227,52 @@ impl Segment {
         Ok(())
     }
 
-    /// The Hessian of the function differentiated last.
+    /// The Hessian of the function differentiated last: by products along quantities of the whole motion, and by changes of the motion along the others.
     ///
     /// # Errors
     /// A point without second derivatives.
     pub(super) fn hessian(&mut self) -> Result<DMatrix<f64>, Error> {
         let size = self.places.len();
-        let mut first = self.motion.free().first_nodes();
-        first.resize(size, 0);
-        let (mut direction, mut product, mut hessian) = (vec![0.0; size], vec![0.0; size], DMatrix::zeros(size, size));
-        for i in 0..size {
-            direction[i] = 1.0;
-            self.product_from(&direction, first[i], &mut product)?;
-            direction[i] = 0.0;
-            (0..size).filter(|&row| first[row] >= first[i]).for_each(|row| hessian[(row, i)] = product[row]);
-        }
-        for i in 0..size {
-            for j in 0..i {
-                let (low, high) = (hessian[(i, j)], hessian[(j, i)]);
-                let entry = match first[i].cmp(&first[j]) {
-                    Ordering::Greater => low,
-                    Ordering::Equal => 0.5 * (low + high),
-                    Ordering::Less => high,
-                };
-                (hessian[(i, j)], hessian[(j, i)]) = (entry, entry);
+        let (mut direction, mut hessian) = (vec![0.0; size], DMatrix::zeros(size, size));
+        let mut product = vec![0.0; size];
+        let (local, whole): (Vec<usize>, Vec<usize>) = (0..size).partition(|&i| self.is_local(i));
+        if !local.is_empty() && self.motion.begin_hessian(local.len())? {
+            let first = self.motion.free().first_nodes();
+            for (count, &i) in local.iter().enumerate() {
+                direction[i] = 1.0;
+                self.row((&direction, first[i]), &local[..=count], &mut product)?;
+                direction[i] = 0.0;
+                local[..=count].iter().for_each(|&j| (hessian[(i, j)], hessian[(j, i)]) = (product[j], product[j]));
             }
+        }
+        for i in whole {
+            direction[i] = 1.0;
+            self.product(&direction, &mut product)?;
+            direction[i] = 0.0;
+            (0..size).for_each(|j| (hessian[(i, j)], hessian[(j, i)]) = (product[j], product[j]));
         }
         Ok(hessian)
     }
 
-    /// As [`product`](Self::product), along a direction of controls that changes nothing before a node: only the entries of variables that change nothing
-    /// before it, either, are computed.
-    fn product_from(&mut self, direction: &[f64], node: usize, product: &mut [f64]) -> Result<(), Error> {
-        if node == 0 {
-            return self.product(direction, product);
+    /// True for a control and for the start, if momenta are given there, in motions without events.
+    fn is_local(&self, i: usize) -> bool {
+        let is_state = i >= self.places.len() - self.state();
+        !self.motion.has_events() && (is_state || self.motion.free().quantity(i).control().is_some())
+    }
+
+    /// The entries of a row of the Hessian, along a direction which changes nothing before a node, for the variables up to this one.
+    fn row(&mut self, (direction, node): (&[f64], usize), known: &[usize], row: &mut [f64]) -> Result<(), Error> {
+        let (others, along) = (direction.len() - self.state(), self.along(direction)?);
+        let mut own = vec![0.0; along.len()];
+        let of_changes = self.motion.hessian_along(&along, node, &mut own)?;
+        row.fill(0.0);
+        row[..others].copy_from_slice(&own[..others]);
+        known.iter().zip(of_changes).for_each(|(&j, x)| row[j] += x);
+        if let Begin::Independent(start) = &mut self.begin
+            && direction[others..].iter().any(|x| *x != 0.0)
+        {
+            start.add_curvature(self.motion.free(), direction, row);
         }
-        // The start has no part in it.
-        let others = direction.len() - self.state();
-        let (mut own, mut along) = (vec![0.0; self.own.len()], vec![0.0; self.own.len()]);
-        along[..others].copy_from_slice(&direction[..others]);
-        self.motion.product_from(&along, node, &mut own)?;
-        product[..others].copy_from_slice(&own[..others]);
-        product[others..].fill(0.0);
         Ok(())
     }
 
