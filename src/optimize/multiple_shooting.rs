@@ -217,11 +217,11 @@ impl MultipleShooting {
         Ok(shooting)
     }
 
-    /// Starts each segment with the drift and the multipliers of the end of the previous one. Repeated at solutions, this leads to a single motion.
+    /// Starts each segment with the drift and the multipliers of the end of the previous one.
     ///
     /// # Errors
     /// A segment without a motion.
-    pub(super) fn follow(&mut self) -> Result<(), Error> {
+    fn follow(&mut self) -> Result<(), Error> {
         let times = self.inputs.grid.times();
         for k in 1..self.segments.len() {
             let end = self.segments[k - 1].motion.solver.end_of_constraints();

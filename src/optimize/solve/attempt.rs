@@ -15,17 +15,13 @@ const MET: f64 = 1e-4;
 /// The largest numbers of iterations of a way, and of one in haste from a feasible motion.
 const MOST: usize = 400;
 const MOST_HASTY: usize = 80;
-/// The tolerance of violations in the last round relative to that asked for, and its smallest value.
+/// The tolerance of violations of joined segments relative to that asked for, and its smallest value.
 const EXACT: f64 = 1e-3;
 const LEAST: f64 = 1e-13;
 /// A result that violates its constraints by more than this as a single motion is not continued as one.
 const FAR: f64 = 1e-2;
-/// Numbers of times that segments are solved again with the drift and the multipliers of those before, and as a single motion in the last round.
-const ROUNDS: usize = 4;
-const LAST: usize = ROUNDS - 1;
-/// The largest number of iterations near the minimum of a similar problem.
+/// The largest number of iterations of joined segments: near the minimum of a similar problem, and from segments that meet.
 const MOST_NEAR: usize = 40;
-/// The largest number of iterations in a round.
 const MOST_JOINED: usize = 100;
 
 /// The reaction of an attempt to a failed search for a feasible motion near its start.
@@ -190,35 +186,21 @@ fn minimised(
 /// A problem without Hessian products.
 fn joined(
     shooting: &mut MultipleShooting,
-    mut found: Outcome,
+    found: Outcome,
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    let exact = exact(options, MOST_JOINED);
-    let few = Options { violation: options.violation, ..exact };
-    for round in 0..ROUNDS {
-        let Some(mut near) = nearby(shooting, &found) else { break };
-        let x = match round {
-            LAST => shooting.join(),
-            _ => shooting.follow().map(|()| shooting.start()),
-        };
-        let x = match x {
-            Ok(x) => x,
-            Err(error) => {
-                let reason = if is_interruption(&error) { Reason::Interrupted } else { Reason::NoStart };
-                return Ok(Outcome { reason, first_failure: Some(error), ..found });
-            }
-        };
-        let asked = if round == LAST { &exact } else { &few };
-        near.slopes.resize(x.len(), 0.0);
-        let next = stages_near(shooting, (&x, &near), asked, watch)?;
-        let is_done = next.reason.is_converged();
-        found = sum(found, next);
-        if !is_done {
-            break;
+    let Some(mut near) = nearby(shooting, &found) else { return Ok(found) };
+    let x = match shooting.join() {
+        Ok(x) => x,
+        Err(error) => {
+            let reason = if is_interruption(&error) { Reason::Interrupted } else { Reason::NoStart };
+            return Ok(Outcome { reason, first_failure: Some(error), ..found });
         }
-    }
-    Ok(found)
+    };
+    near.slopes.resize(x.len(), 0.0);
+    let next = stages_near(shooting, (&x, &near), &exact(options, MOST_JOINED), watch)?;
+    Ok(sum(found, next))
 }
 
 /// Options with a smaller tolerance of violations, because unstable motions amplify what is left, and with at most so many iterations.
