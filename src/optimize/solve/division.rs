@@ -3,7 +3,7 @@
 use super::super::MotionProblem;
 
 /// Numbers of steps of a segment, in the order in which they are tried.
-const STEPS: [usize; 4] = [5, 10, 1, 3];
+const STEPS: [usize; 4] = [3, 10, 1, 5];
 
 /// The number of segments that is tried first.
 pub(super) fn most_segments(problem: &MotionProblem) -> usize {
