@@ -7,8 +7,9 @@ const OF_SLOPE: f64 = 2.3;
 const OF_VIOLATION: f64 = 1.1;
 /// Fraction of the predicted decrease of φ that is required.
 const ARMIJO: f64 = 1e-8;
-/// Violations above and below these multiples of the first one are rejected, or small.
-const MOST: f64 = 1e4;
+/// Violations above and below these multiples of the first one are rejected, or small. Far from a minimum, from much larger ones no step leads back.
+const MOST: f64 = 10.0;
+const MOST_NEAR: f64 = 1e4;
 const SMALL: f64 = 1e-4;
 /// Changes of φ below this fraction of it are rounding errors.
 const ROUNDING: f64 = 1e-14;
@@ -37,9 +38,10 @@ pub(super) struct Filter {
 }
 
 impl Filter {
-    pub(super) fn new(first: Pair) -> Self {
-        let size = first.violation.max(1.0);
-        Filter { pairs: Vec::new(), most: MOST * size, small: SMALL * size }
+    /// The filter for a start near a minimum, or far from any.
+    pub(super) fn new(first: Pair, is_near: bool) -> Self {
+        let (size, most) = (first.violation.max(1.0), if is_near { MOST_NEAR } else { MOST });
+        Filter { pairs: Vec::new(), most: most * size, small: SMALL * size }
     }
 
     /// Removes all pairs, for another φ.

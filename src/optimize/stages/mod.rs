@@ -37,8 +37,8 @@ use shooting::Segments;
 ///
 /// With the feature `rayon`, segments are computed on all cores; the outcome is the same, but reports of progress do not come in order.
 ///
-/// If steps along lines fail, the method restarts within a trust region, from the start or, if it is almost feasible, from the last point; the
-/// history contains both. A run ends as [`Reason::Infeasible`] only if the sum of squares of all violations, including those of continuity, is
+/// If steps along lines fail far from feasible points, the method restarts within a trust region from the start, and returns to lines when violations have
+/// decreased; if they fail otherwise, it continues within a trust region. The history contains all of them. A run ends as [`Reason::Infeasible`] only if the sum of squares of all violations, including those of continuity, is
 /// stationary.
 ///
 /// Sources: A. Wächter and L. T. Biegler, Mathematical Programming 106 (2006), 25–57, for the filter and the barrier parameter; R. H. Byrd,
@@ -188,30 +188,52 @@ impl End {
         End { v: method.v(&method.y), multipliers, reason, at: run.history.last().copied() }
     }
 
-    /// True if this end is converged, or better than another: feasible with a lower value, or with a smaller violation.
-    fn is_better(&self, than: &End, allowed: f64) -> bool {
+    /// This end if it is converged, or better than another: feasible with a lower value, or with a smaller violation; else the other one, with this reason.
+    fn or(self, other: End, allowed: f64) -> End {
         let key = |end: &End| end.at.map_or([f64::INFINITY; 2], |at| [(at.violation - allowed).max(0.0), at.value]);
-        self.reason.is_converged() || self.reason == Reason::Interrupted || key(self) <= key(than)
+        let is_better = self.reason.is_converged() || self.reason == Reason::Interrupted || key(&self) <= key(&other);
+        if is_better { self } else { End { reason: self.reason, ..other } }
     }
 }
 
-/// Solves by steps along lines and, if these fail, within a trust region from the start, or from the last point if it is almost feasible.
+/// Solves by steps along lines and, if these fail far from feasible points, within a trust region from the start, and along lines again from where they may lead
+/// on; if they fail otherwise, within a trust region from the last point.
 ///
 /// # Errors
 /// A problem without second derivatives.
 fn solved(run: &mut Run<'_, '_>, method: &mut Method<'_>, (start, begin): (&[DVector<f64>], &Start)) -> Result<End, Error> {
-    let reason = run.along_lines(method)?;
-    let first = End::of(run, method, reason);
+    let begins_near = matches!(begin, Start::Near(..));
+    let mut reason = run.along_lines(method, begins_near)?;
+    let mut best = End::of(run, method, reason);
     if !run.falls_back(reason) {
-        return Ok(first);
+        return Ok(best);
     }
-    let again = if run.is_near() { &first.v[..] } else { start };
-    if let Err(error) = method.restart(again, begin) {
-        run.fail(error);
-        let reason = if run.is_interrupted() { Reason::Interrupted } else { reason };
-        return Ok(End { reason, ..first });
+    if !run.is_near() {
+        if let Err(error) = method.restart(start, begin) {
+            return Ok(failed(run, error, best));
+        }
+        let found = run.within_region(method, true)?;
+        best = End::of(run, method, found.unwrap_or(reason)).or(best, run.allowed());
+        if found.is_some() {
+            return Ok(best);
+        }
+        reason = run.along_lines(method, begins_near)?;
+        best = End::of(run, method, reason).or(best, run.allowed());
+        if !run.falls_back(reason) {
+            return Ok(best);
+        }
     }
-    let reason = run.within_region(method)?;
-    let second = End::of(run, method, reason);
-    Ok(if second.is_better(&first, run.allowed()) { second } else { End { reason, ..first } })
+    let last = best.v.clone();
+    if let Err(error) = method.restart(&last, begin) {
+        return Ok(failed(run, error, best));
+    }
+    let reason = run.within_region(method, false)?.unwrap_or(reason);
+    Ok(End::of(run, method, reason).or(best, run.allowed()))
+}
+
+/// The end of a run that cannot restart.
+fn failed(run: &mut Run<'_, '_>, error: Error, end: End) -> End {
+    run.fail(error);
+    let reason = if run.is_interrupted() { Reason::Interrupted } else { end.reason };
+    End { reason, ..end }
 }

@@ -30,9 +30,14 @@ const LEAST_SHIFT: f64 = 1e-3;
 
 /// A run diverges if a violation exceeds this multiple of the first one.
 const FAR: f64 = 1e3;
-/// Points with violations below this multiple of the first one are almost feasible; steps along lines have this number of iterations to find one.
+/// Points with violations below this multiple of the first one are almost feasible. Steps along lines have this number of iterations to find one; short steps in
+/// sequence have the other, which is smaller near a minimum.
 const CLOSER: f64 = 1e-2;
 const PATIENCE: usize = 80;
+const MOST_SHORT: usize = 15;
+const MOST_SHORT_NEAR: usize = 5;
+/// From violations below this multiple of the first one, steps along lines are tried again.
+const CLOSE: f64 = 0.1;
 /// Number of iterations over which all violations exceed a fraction of the first if the violation has stopped decreasing; and this fraction.
 const STUCK_FOR: usize = 40;
 const STUCK: f64 = 0.9;
@@ -51,13 +56,14 @@ pub(super) struct Run<'o, 'w> {
     pub first_failure: Option<Error>,
     /// Number of points with halved steps.
     pub halved: usize,
-    /// Number of iterations in sequence without an acceptable step.
+    /// Numbers of iterations in sequence without an acceptable step, and with short steps.
     failed: usize,
+    short: usize,
 }
 
 impl<'o, 'w> Run<'o, 'w> {
     pub(super) fn new(options: &'o Options, watch: &'o mut Watcher<'w>) -> Self {
-        Run { options, watch, history: Vec::new(), failures: 0, first_failure: None, halved: 0, failed: 0 }
+        Run { options, watch, history: Vec::new(), failures: 0, first_failure: None, halved: 0, failed: 0, short: 0 }
     }
 
     pub(super) fn fail(&mut self, error: Error) {
@@ -82,11 +88,12 @@ impl<'o, 'w> Run<'o, 'w> {
         self.options.violation
     }
 
-    /// True if violations have become large, or have remained so.
-    fn diverges(&self) -> bool {
-        let (first, violations) = (self.first_violation(), || self.history.iter().map(|of| of.violation));
-        let is_slow = self.history.len() > PATIENCE && violations().all(|of| of > CLOSER * first);
-        is_slow || violations().next_back().is_some_and(|last| last > FAR * first)
+    /// True if violations have become large or have remained so since an iterate, or if steps have remained short.
+    fn diverges(&self, since: usize, most_short: usize) -> bool {
+        let (first, lately) = (self.first_violation(), &self.history[since..]);
+        let is_slow = lately.len() > PATIENCE || self.short > most_short;
+        is_slow && lately.iter().all(|of| of.violation > CLOSER * first)
+            || lately.last().is_some_and(|last| last.violation > FAR * first)
     }
 
     /// The first violation, or 1 if it is smaller.
@@ -111,13 +118,21 @@ impl<'o, 'w> Run<'o, 'w> {
         self.history.last().is_some_and(|last| last.violation <= CLOSER * self.first_violation())
     }
 
-    /// Iterates along lines until there is a reason to stop.
+    /// True if violations have decreased since an iterate so far that steps along lines may lead on.
+    pub(super) fn comes_close(&self, since: usize) -> bool {
+        let is_close = |at: &Iterate| at.violation <= CLOSE * self.first_violation();
+        self.history.last().is_some_and(is_close) && !is_close(&self.history[since])
+    }
+
+    /// Iterates along lines, from a start near a minimum or far from any, until there is a reason to stop.
     ///
     /// # Errors
     /// A problem without second derivatives.
-    pub(super) fn along_lines(&mut self, method: &mut Method<'_>) -> Result<Reason, Error> {
-        let mut filter = Filter::new(method.pair(&method.y, &method.values));
+    pub(super) fn along_lines(&mut self, method: &mut Method<'_>, begins_near: bool) -> Result<Reason, Error> {
+        let mut filter = Filter::new(method.pair(&method.y, &method.values), begins_near);
         let (mut is_estimated, mut moved) = (true, 0.0);
+        let (begin, most_short) = (self.history.len(), if begins_near { MOST_SHORT_NEAR } else { MOST_SHORT });
+        (self.failed, self.short) = (0, 0);
         loop {
             if is_estimated {
                 method.estimate_multipliers();
@@ -125,7 +140,7 @@ impl<'o, 'w> Run<'o, 'w> {
             if let Some(reason) = self.record(method, moved) {
                 return Ok(reason);
             }
-            if self.diverges() {
+            if self.diverges(begin, most_short) {
                 return Ok(Reason::NoLowerValue);
             }
             if self.lower_barrier(method) {
@@ -145,6 +160,7 @@ impl<'o, 'w> Run<'o, 'w> {
             if let Err(error) = method.go(&trial.step, alpha, trial.y, trial.values) {
                 return self.without_derivatives(error);
             }
+            self.short = if alpha < SHORT { self.short + 1 } else { 0 };
             let is_sound = shift == 0.0 && method.violation() <= self.allowed();
             is_estimated = alpha < SHORT || shift > SHIFTED || !is_sound && method.are_large(&method.multipliers);
         }

@@ -66,7 +66,7 @@ pub(in super::super) fn derivatives(
     let mut method = Method::new(&mut segments, &v, &begin)?;
     let mut watch = silent;
     let mut run = Run::new(options, &mut watch);
-    let reason = run.along_lines(&mut method)?;
+    let reason = run.along_lines(&mut method, true)?;
     if reason != Reason::Stationary {
         let last = run.history.last().map_or(String::new(), |last| {
             format!(" (stationarity {:.1e}, violation {:.1e})", last.stationarity, last.violation)

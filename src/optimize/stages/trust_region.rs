@@ -55,11 +55,11 @@ struct Trial {
 type Metric<'a> = (&'a Newton<'a>, &'a DVector<f64>);
 
 impl Run<'_, '_> {
-    /// Iterates within a trust region until there is a reason to stop.
+    /// Iterates within a trust region until there is a reason to stop, or, if this is asked for, until steps along lines may lead on (`None`).
     ///
     /// # Errors
     /// A problem without second derivatives.
-    pub(super) fn within_region(&mut self, method: &mut Method<'_>) -> Result<Reason, Error> {
+    pub(super) fn within_region(&mut self, method: &mut Method<'_>, until_close: bool) -> Result<Option<Reason>, Error> {
         let (unit, begin) = (method.barrier.unit, self.history.len());
         let radius = method.y.iter().fold(unit, |most, y| most.max(y.abs())) / unit;
         let (mut region, mut steepest) = (Region { radius, penalty: 0.0 }, 0.0);
@@ -67,11 +67,14 @@ impl Run<'_, '_> {
         loop {
             let scales = method.scales();
             let metric = method.metric(&scales);
-            let Some(newton) = metric.factors() else { return Ok(Reason::NoLowerValue) };
+            let Some(newton) = metric.factors() else { return Ok(Some(Reason::NoLowerValue)) };
             let metric = (&newton, &scales);
             method.multipliers = method.plane(metric).multipliers();
             if let Some(reason) = self.record(method, moved) {
-                return Ok(reason);
+                return Ok(Some(reason));
+            }
+            if until_close && self.comes_close(begin) {
+                return Ok(None);
             }
             if self.lower_barrier(method) {
                 method.multipliers = method.plane(metric).multipliers();
@@ -83,10 +86,10 @@ impl Run<'_, '_> {
             };
             match is_moved {
                 Ok(true) => moved = largest_change(&method.y, &before),
-                Ok(false) if self.is_interrupted() => return Ok(Reason::Interrupted),
-                Ok(false) if self.is_violated() && method.is_least_violated() => return Ok(Reason::Infeasible),
-                Ok(false) => return Ok(Reason::NoLowerValue),
-                Err(error) => return self.without_derivatives(error),
+                Ok(false) if self.is_interrupted() => return Ok(Some(Reason::Interrupted)),
+                Ok(false) if self.is_violated() && method.is_least_violated() => return Ok(Some(Reason::Infeasible)),
+                Ok(false) => return Ok(Some(Reason::NoLowerValue)),
+                Err(error) => return self.without_derivatives(error).map(Some),
             }
             let change = (method.pair(&method.y, &method.values).value - value).abs();
             idle = if !self.is_violated() && change <= ROUNDING * value.abs() { idle + 1 } else { 0 };
