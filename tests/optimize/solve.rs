@@ -83,12 +83,13 @@ pub fn acrobot(torque: f64) -> MotionProblem {
 
 #[test]
 fn an_acrobot_swings_up() {
-    // Steps along lines jam at the bounds of the torque here; those within a trust region do not.
+    // Steps along lines jam at the bounds of the torque here. Those within a trust region do not, but they are slow from where lines lead on.
     for torque in [0.0, 1.0, -3.0] {
         let solved = solve(&mut acrobot(torque), Guess::Straight, &OPTIONS, &mut silent).expect("fits");
         println!("{solved}");
         assert!(solved.outcome.reason == Reason::Stationary && solved.outcome.violation < 1e-8, "{solved}");
         assert!(solved.attempts.len() <= 2 && solved.outcome.value < 80.0, "{solved}");
+        assert!(torque != 0.0 || solved.attempts[0].iterations < 190, "{solved}");
     }
 }
 
