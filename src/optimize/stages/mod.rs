@@ -38,8 +38,8 @@ use shooting::Segments;
 /// With the feature `rayon`, segments are computed on all cores; the outcome is the same, but reports of progress do not come in order.
 ///
 /// If steps along lines fail far from feasible points, the method restarts within a trust region from the start, and returns to lines when violations have
-/// decreased; if they fail otherwise, it continues within a trust region. The history contains all of them. A run ends as [`Reason::Infeasible`] only if the sum of squares of all violations, including those of continuity, is
-/// stationary.
+/// decreased; if they fail otherwise, it continues within a trust region. The history contains all of them. A run ends as [`Reason::Infeasible`] only if
+/// the sum of squares of all violations, including those of continuity, is stationary.
 ///
 /// Sources: A. Wächter and L. T. Biegler, Mathematical Programming 106 (2006), 25–57, for the filter and the barrier parameter; R. H. Byrd,
 /// M. E. Hribar and J. Nocedal, SIAM Journal on Optimization 9 (1999), 877–900, for the trust region.
