@@ -254,7 +254,7 @@ impl Segment {
         Ok(hessian)
     }
 
-    /// True for a control and for the start, if momenta are given there, in motions without events.
+    /// True for controls, and for the states of the start, in motions without events.
     fn is_local(&self, i: usize) -> bool {
         let is_state = i >= self.places.len() - self.state();
         !self.motion.has_events() && (is_state || self.motion.free().quantity(i).control().is_some())
