@@ -333,11 +333,6 @@ impl MotionProblem {
         Ok(self.asked)
     }
 
-    /// True for motions with events.
-    pub(super) fn has_events(&self) -> bool {
-        !self.tried.inputs.events.is_empty()
-    }
-
     /// The next row of the Hessian, along a direction of controls, or of the start if momenta are given, which changes nothing before a node: a part for
     /// each variable, and a part for each of the directions up to this one.
     ///

@@ -1,13 +1,13 @@
 //! Derivatives of motions with located events.
 
-use super::Solver;
-use crate::adjoint::{AdjointSweep, Gradient, Located, SecondOrderSweep, check_direction};
+use super::{Solver, workspace};
+use crate::adjoint::{AdjointSweep, Gradient, Located, check_direction};
 use crate::system::CostFactors;
 use crate::{Error, Inputs, Settings};
 
 impl Solver {
     /// True if the motion has located events.
-    pub(super) fn has_events(&self) -> bool {
+    pub(crate) fn has_events(&self) -> bool {
         !self.forward.motion.inputs.events.is_empty()
     }
 
@@ -61,7 +61,7 @@ impl Solver {
             self.differentiate_located(|own| own.copy_from(&factors))?;
         }
         let Solver { system, settings, forward, sweeps, products, located, .. } = self;
-        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        let products = workspace(products, system, settings.scheme);
         products.run(system, (forward.solved(), &mut sweeps[0]), settings, &taken)?;
         let product = products.product_mut();
         located.iter().for_each(|located| located.complete_product(product, direction, &taken));

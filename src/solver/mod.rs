@@ -29,7 +29,7 @@ use std::ops::ControlFlow;
 use crate::motion::Refinement;
 use crate::motion::{Progress, Report, Watch};
 use crate::system::CostFactors;
-use crate::{Error, Inputs, Settings, System, Trajectory};
+use crate::{Error, Inputs, Scheme, Settings, System, Trajectory};
 
 /// A solver of one system for many inputs. After the first call with a grid of some length, further calls with grids of this length
 /// allocate no memory in the steps. The solver contains a clone of the system, which shares its data.
@@ -315,7 +315,7 @@ impl Solver {
     pub fn push_forward(&mut self, direction: &Inputs) -> Result<DVector<f64>, Error> {
         let taken = if self.has_events() { Some(self.along_located(direction)?) } else { None };
         let Solver { system, settings, forward, products, .. } = self;
-        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        let products = workspace(products, system, settings.scheme);
         products.outputs(system, forward.solved(), taken.as_ref().unwrap_or(direction))
     }
 
@@ -347,14 +347,14 @@ impl Solver {
             return self.product_located(direction);
         }
         let Solver { system, settings, forward, sweeps, products, .. } = self;
-        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        let products = workspace(products, system, settings.scheme);
         products.run(system, (forward.solved(), &mut sweeps[0]), settings, direction)
     }
 
     /// Begins the Hessian along a number of directions, of the function that [`hessian_product`](Self::hessian_product) uses. Events need products.
     pub(crate) fn begin_hessian(&mut self, directions: usize) -> Result<(), Error> {
         let Solver { system, settings, forward, sweeps, products, .. } = self;
-        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        let products = workspace(products, system, settings.scheme);
         products.begin_hessian(system, (forward.solved(), &mut sweeps[0]), settings, directions)
     }
 
@@ -362,7 +362,7 @@ impl Solver {
     /// controls contribute directly, and the products of the changes of the motion with those along the directions up to this one.
     pub(crate) fn hessian_along(&mut self, direction: &Inputs, node: usize) -> Result<(&Gradient, &[f64]), Error> {
         let Solver { system, settings, forward, sweeps, products, .. } = self;
-        let products = products.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, settings.scheme)));
+        let products = workspace(products, system, settings.scheme);
         products.hessian_along(system, (forward.solved(), &mut sweeps[0]), settings, (direction, node))
     }
 
@@ -406,6 +406,11 @@ impl Solver {
     pub(crate) fn forward_mut(&mut self) -> &mut ForwardSweep {
         &mut self.forward
     }
+}
+
+/// The workspace for products, created when it is first needed.
+fn workspace<'a>(of: &'a mut Option<Box<SecondOrderSweep>>, system: &System, scheme: Scheme) -> &'a mut SecondOrderSweep {
+    of.get_or_insert_with(|| Box::new(SecondOrderSweep::new(system, scheme)))
 }
 
 /// # Errors

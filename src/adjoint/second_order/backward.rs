@@ -10,9 +10,10 @@ use crate::node::Linearisation;
 use crate::number::{add, dot};
 use crate::scheme::carried_part;
 use crate::system::{Covector, NodeView, Order};
-use crate::{Error, Inputs, Settings, Start, System};
+use crate::{Error, Inputs, Start, System};
 
 impl SecondOrderSweep {
+    /// Sweeps backward through all nodes.
     pub(super) fn backward(
         &mut self,
         system: &System,
@@ -20,9 +21,7 @@ impl SecondOrderSweep {
         (linearisation, first): (&mut Linearisation, &First),
         direction: &Inputs,
     ) -> Result<&Gradient, Error> {
-        self.sweep.begin(system, motion, &Settings { keep_adjoint: false, ..Settings::default() })?;
-        self.sweep.cost.factors.copy_from(first.factors);
-        self.suspect = None;
+        self.begin_sources(system, motion, first)?;
         linearisation.evaluation.set_compliance(motion.trajectory.compliance_from(motion.nodes() - 1));
         for node in (0..motion.nodes()).rev() {
             self.visit(system, motion, (linearisation, first), node)?;

@@ -85,9 +85,7 @@ impl SecondOrderSweep {
         let first = recorded(first, system, &mut solved, settings)?;
         let SolvedMotion { motion, linearisation, .. } = solved;
         self.begin(system, motion, linearisation)?;
-        self.sweep.begin(system, motion, &Settings { keep_adjoint: false, ..Settings::default() })?;
-        self.sweep.cost.factors.copy_from(first.factors);
-        self.suspect = None;
+        self.begin_sources(system, motion, &first)?;
         self.changes.begin(directions, motion.blocks.ncols() * (4 * system.n() + system.m()));
         Ok(())
     }

@@ -7,7 +7,7 @@ use crate::node::{Linearisation, SecondOrderPrograms};
 use crate::number::dot;
 use crate::scheme::StageAdjoint;
 use crate::system::{Beside, CostRows, Covector, Depends, NodeView, Weights};
-use crate::{Error, System};
+use crate::{Error, Settings, System};
 use num_dual::Dual64;
 
 /// A stage, the direction there, and the adjoint variables of the gradient.
@@ -41,6 +41,14 @@ impl OfStage<'_> {
 }
 
 impl SecondOrderSweep {
+    /// Begins the sources of a function with the factors of the gradient.
+    pub(super) fn begin_sources(&mut self, system: &System, motion: &Motion, first: &First) -> Result<(), Error> {
+        self.sweep.begin(system, motion, &Settings { keep_adjoint: false, ..Settings::default() })?;
+        self.sweep.cost.factors.copy_from(first.factors);
+        self.suspect = None;
+        Ok(())
+    }
+
     /// Computes the sources of a node, from its costs and its equations.
     pub(super) fn sources_of_node(
         &mut self,

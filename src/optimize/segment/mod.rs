@@ -257,7 +257,7 @@ impl Segment {
     /// True for controls, and for the states of the start, in motions without events.
     fn is_local(&self, i: usize) -> bool {
         let is_state = i >= self.places.len() - self.state();
-        !self.motion.has_events() && (is_state || self.motion.free().quantity(i).control().is_some())
+        !self.motion.solver.has_events() && (is_state || self.motion.free().quantity(i).control().is_some())
     }
 
     /// The entries of a row of the Hessian, along a direction which changes nothing before a node, for the variables up to this one.

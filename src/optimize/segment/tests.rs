@@ -76,7 +76,7 @@ fn the_hessian_consists_of_products() {
     }
 }
 
-/// A mass that is driven by b v² + u: long steps have no solution and are halved. h = q v + v u t + u², and with all quantities of a node.
+/// A mass that is driven by b v² + u: long steps have no solution and are halved. h = q v + v u t + u² + v̇² u.
 struct Runaway;
 
 impl KineticEnergy<1> for Runaway {

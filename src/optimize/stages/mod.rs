@@ -32,8 +32,9 @@ use shooting::Segments;
 ///
 /// Work and memory of an iteration grow linearly with the number of segments: a segment needs one right-hand side of a backward sweep for each of
 /// its states and constrained outputs, and for its Hessian one forward sweep for each of its controls and states, and one product for each of
-/// its other variables. An output of which several segments are parts is a further state of all segments. `Options::stationarity` is absolute, for variables as scaled by [`Free::scaled`](super::Free::scaled) and for f
-/// multiplied by a factor with which the largest entry of its gradient at the start is between 0.01 and 1.
+/// its other variables. An output of which several segments are parts is a further state of all segments. `Options::stationarity` is absolute, for
+/// variables as scaled by [`Free::scaled`](super::Free::scaled) and for f multiplied by a factor with which the largest entry of its gradient at the
+/// start is between 0.01 and 1.
 ///
 /// With the feature `rayon`, segments are computed on all cores; the outcome is the same, but reports of progress do not come in order.
 ///

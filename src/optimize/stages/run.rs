@@ -30,8 +30,8 @@ const LEAST_SHIFT: f64 = 1e-3;
 
 /// A run diverges if a violation exceeds this multiple of the first one.
 const FAR: f64 = 1e3;
-/// Points with violations below this multiple of the first one are almost feasible. Steps along lines have this number of iterations to find one; short steps in
-/// sequence have the other, which is smaller near a minimum.
+/// Points with violations below this multiple of the first one are almost feasible. Steps along lines that have found none
+/// end after this number of iterations, or after this number of short steps in sequence, which is smaller near a minimum.
 const CLOSER: f64 = 1e-2;
 const PATIENCE: usize = 80;
 const MOST_SHORT: usize = 15;
