@@ -8,6 +8,7 @@ use super::super::segment::{Part, Segment};
 use super::super::variables::Variables;
 use super::reach::Reach;
 use crate::number::Random;
+use crate::redundancy::decomposition;
 use crate::solver::Asked;
 use crate::{Coordinate, Error, Inputs, Settings, System};
 
@@ -116,7 +117,8 @@ impl Pose {
             (0..asked.len()).filter(is_inside).for_each(|i| jacobian.fill_row(i, 0.0));
             // Along the change of each variable by 1 m, 1 rad or their rates.
             is_least = jacobian.tr_mul(&r).amax() <= LEAST * r.norm_squared();
-            let svd = jacobian.svd(true, true);
+            // There is none without a free coordinate.
+            let Some(svd) = decomposition(jacobian) else { break };
             let Ok(step) = svd.solve(&r, RANK * svd.singular_values.max()) else { break };
             let turns = step.iter().step_by(2).zip(&*angles).filter(|(_, is_angle)| **is_angle);
             let longest = TURN / turns.fold(TURN, |most, (turn, _)| most.max(turn.abs()));
