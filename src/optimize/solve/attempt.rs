@@ -3,7 +3,8 @@
 use super::super::free::Quantity;
 use super::super::problem::{Problem, largest_violation};
 use super::super::stages::{Nearby, feasible, stages, stages_near};
-use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Violation, Watcher, interior_point};
+use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Violation, Watcher};
+use super::corrected::corrected;
 use super::division::most_segments;
 use super::guess::{Guess, Line};
 use crate::Error;
@@ -14,11 +15,11 @@ const ROUGH: f64 = 1e-2;
 const MET: f64 = 1e-4;
 /// The largest numbers of iterations of a way, and of one in haste from a feasible motion.
 const MOST: usize = 400;
-const MOST_HASTY: usize = 80;
-/// The tolerance of violations of joined segments relative to that asked for, and its smallest value.
+const MOST_HASTY: usize = 120;
+/// The tolerance of violations of joined segments relative to that asked for, and its smallest value, relative to the largest variable if it is above 1.
 const EXACT: f64 = 1e-3;
 const LEAST: f64 = 1e-13;
-/// A result that violates its constraints by more than this as a single motion is not continued as one.
+/// A result that violates its constraints by more than this as a single motion is not corrected.
 const FAR: f64 = 1e-2;
 /// The largest number of iterations of joined segments: near the minimum of a similar problem, and from segments that meet.
 const MOST_NEAR: usize = 40;
@@ -54,7 +55,7 @@ pub(super) fn in_segments(
         return Ok(Some(restated(problem, found, &start, options.violation)));
     }
     let found = if problem.solver.system().m() == 0 { found } else { joined(&mut shooting, found, options, &mut only)? };
-    Ok(Some(polished(problem, found, options, watch)?))
+    Ok(Some(as_stated(problem, found, options)))
 }
 
 /// Minimises J as one motion in joined segments, from the minimum of a similar problem; `None` if the motion cannot be divided or has no derivatives.
@@ -70,11 +71,11 @@ pub(super) fn near_optimum(
     let Ok(At { mut shooting, x, near }) = at_motion(problem, known) else { return Ok(None) };
     let start = problem.start();
     let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
-    let found = stages_near(&mut shooting, (&x, &near), &exact(options, MOST_NEAR), &mut only)?;
+    let found = stages_near(&mut shooting, (&x, &near), &exact(&x, options, MOST_NEAR), &mut only)?;
     if !found.reason.is_converged() {
         return Ok(Some(restated(problem, found, &start, options.violation)));
     }
-    Ok(Some(polished(problem, found, options, watch)?))
+    Ok(Some(as_stated(problem, found, options)))
 }
 
 /// A motion in joined segments, with its variables, and what is known of its minimum.
@@ -138,19 +139,21 @@ fn divided(problem: &MotionProblem, line: &Line, segments: usize) -> Result<Mult
     Ok(shooting)
 }
 
-/// The minimum of joined segments as that of the problem, continued as one motion if it violates constraints by a little.
-///
-/// # Errors
-/// A problem without Hessian products.
-fn polished(problem: &mut MotionProblem, found: Outcome, options: &Options, watch: &mut Watcher) -> Result<Outcome, Error> {
+/// The minimum of joined segments as that of the problem, corrected if it violates constraints by a little.
+fn as_stated(problem: &mut MotionProblem, found: Outcome, options: &Options) -> Outcome {
     let start = problem.start();
     let one = restated(problem, found, &start, options.violation);
     if one.violation <= options.violation || one.violation > FAR || one.is_interrupted() {
-        return Ok(one);
+        return one;
     }
-    let x = one.x.clone();
-    let later = interior_point(problem, &x, options, watch)?;
-    Ok(sum(one, later))
+    let x = match corrected(problem, &one.x, options.violation) {
+        Ok(Some(x)) => x,
+        Err(error) if is_interruption(&error) => {
+            return Outcome { reason: Reason::Interrupted, first_failure: Some(error), ..one };
+        }
+        _ => one.x.clone(),
+    };
+    restated(problem, Outcome { x, ..one }, &start, options.violation)
 }
 
 /// Minimises J in segments. If the duration is free, a feasible motion with about the duration of the start is sought first, because a lower J
@@ -170,9 +173,10 @@ fn minimised(
         return stages(shooting, &start, &few(MOST), watch);
     }
     let rough = Options { stationarity: ROUGH, violation: MET, target: None, ..few(FEASIBLE) };
-    let near = feasible(shooting, &start, &rough, watch)?;
+    let mut near = feasible(shooting, &start, &rough, watch)?;
     let is_found = near.violation <= MET;
     if near.is_interrupted() || haste == Haste::Brief && !is_found {
+        near.x.iter_mut().zip(shooting.bounds()).for_each(|(x, of)| *x = of.nearest(*x));
         return Ok(near);
     }
     let x = if is_found { near.x.clone() } else { start };
@@ -199,13 +203,14 @@ fn joined(
         }
     };
     near.slopes.resize(x.len(), 0.0);
-    let next = stages_near(shooting, (&x, &near), &exact(options, MOST_JOINED), watch)?;
+    let next = stages_near(shooting, (&x, &near), &exact(&x, options, MOST_JOINED), watch)?;
     Ok(sum(found, next))
 }
 
-/// Options with a smaller tolerance of violations, because unstable motions amplify what is left, and with at most so many iterations.
-fn exact(options: &Options, most: usize) -> Options {
-    let violation = (EXACT * options.violation).max(LEAST);
+/// Options with a smaller tolerance of violations, because unstable motions amplify what is left, but above the rounding error of states of the size of x,
+/// and with at most so many iterations.
+fn exact(x: &[f64], options: &Options, most: usize) -> Options {
+    let violation = (EXACT * options.violation).max(LEAST * x.iter().fold(1.0, |most, x| x.abs().max(most)));
     Options { iterations: options.iterations.min(most), violation, ..*options }
 }
 

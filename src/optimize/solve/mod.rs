@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod attempt;
+mod corrected;
 mod division;
 mod guess;
 mod halved;
@@ -35,8 +36,10 @@ const ALIKE: f64 = 1e-4;
 ///
 /// The motion is divided into segments that begin at the guess ([`Guess`]) and meet in the course of the optimisation
 /// ([`stages`](super::stages())). Then their starts q and p\* become variables, so that the result is a single motion, which minimises J as the
-/// problem states it. Segments of different lengths are tried until one of them leads to a minimum; if none does,
-/// [`interior_point`](super::interior_point()) starts from the inputs of the problem as one motion. If no state at the end has the values that are asked
+/// problem states it. The error of a state grows along an unstable motion, so that one motion may violate constraints that the segments satisfied;
+/// small violations are removed. Segments of different lengths are tried until one of them leads to a minimum; if none does,
+/// [`interior_point`](super::interior_point()) starts from the inputs of the problem as one motion. It does so at once if segments led to a motion too
+/// unstable to be computed as one. If no state at the end has the values that are asked
 /// for, one motion is tried first, and [`Reason::Infeasible`](super::Reason::Infeasible) ends the search. Constraints on states at the first or the last
 /// node that contradict each other or a fixed start end it after at most 100 iterations. If nothing leads to a minimum, the outcome is that with the
 /// smallest violation.

@@ -1,5 +1,8 @@
 //! The ways from one start to a minimum: near a known one, in segments, and as one motion.
 
+use std::collections::VecDeque;
+use std::fmt;
+
 use super::super::problem::Problem;
 use super::super::{MotionProblem, Options, Outcome, Reason, Watcher, interior_point};
 use super::attempt::{Haste, Known, in_segments, near_optimum};
@@ -65,39 +68,52 @@ pub(super) fn from_start(
         }
         _ => Line::new(problem, guess, first),
     };
+    by_ways(problem, (line.as_ref(), first, haste), (options, attempts), watch)
+}
+
+/// Solves by one way after another.
+///
+/// # Errors
+/// As [`solve`].
+fn by_ways(
+    problem: &mut MotionProblem,
+    (line, first, haste): (Option<&Line>, usize, Haste),
+    (options, mut attempts): (&Options, Vec<Attempt>),
+    watch: &mut Watcher,
+) -> Result<Solved, Error> {
     let start = problem.start();
+    let reach = line.map_or(Reach::Found, |line| line.reach);
+    let counts = if line.is_some() { counts(problem, first) } else { Vec::new() };
+    let mut ways: VecDeque<Way> = counts.into_iter().map(Way::Segments).collect();
+    match reach {
+        Reach::Found => ways.push_back(Way::OneMotion),
+        // Segments would fail, too, but would not say that the target is out of reach.
+        _ => ways.push_front(Way::OneMotion),
+    }
     let mut best: Option<Outcome> = None;
-    // Targets out of reach: segments would fail, too, but would not say so.
-    let reach = line.as_ref().map_or(Reach::Found, |line| line.reach);
-    if reach != Reach::Found {
-        let outcome = as_one_motion(problem, (&start, reach), (options, &mut attempts), watch)?;
-        if is_final(&outcome, options) || outcome.reason == Reason::Infeasible {
+    while let Some(way) = ways.pop_front() {
+        let found = match (way, line) {
+            (Way::Segments(count), Some(line)) => in_segments(problem, (line, count, haste), options, watch)?,
+            _ => Some(as_one_motion(problem, (&start, reach), options, watch)?),
+        };
+        let Some(outcome) = found else { continue };
+        let attempt = Attempt::of(way.to_string(), &outcome, options);
+        let is_unstable = attempt.is_unstable;
+        attempts.push(attempt);
+        let is_one = way == Way::OneMotion;
+        let is_infeasible = is_one && outcome.reason == Reason::Infeasible;
+        let is_enough = !is_one && haste == Haste::Brief && attempts.len() == FEW;
+        if is_final(&outcome, options) || is_infeasible && reach != Reach::Found || is_enough {
             return Ok(Solved { outcome, attempts });
         }
-        best = Some(outcome);
+        // One motion does not lead to where motions are too unstable.
+        if is_unstable && haste == Haste::Patient {
+            bring_one_motion_forward(&mut ways);
+        }
+        best = Some(if is_infeasible && ways.is_empty() { outcome } else { better(best, outcome, options) });
         problem.settle_at(&start);
     }
-    let is_tried = best.is_some();
-    let ways = line.iter().flat_map(|line| counts(problem, first).into_iter().map(move |segments| (line, segments)));
-    for (line, segments) in ways.collect::<Vec<_>>() {
-        let Some(outcome) = in_segments(problem, (line, segments, haste), options, watch)? else { continue };
-        attempts.push(Attempt::of(format!("{segments} segments"), &outcome, options));
-        if is_final(&outcome, options) || haste == Haste::Brief && attempts.len() == FEW {
-            return Ok(Solved { outcome, attempts });
-        }
-        best = Some(better(best, outcome, options));
-        problem.settle_at(&start);
-    }
-    let mut outcome = match best {
-        Some(outcome) if is_tried => outcome,
-        best => {
-            let outcome = as_one_motion(problem, (&start, reach), (options, &mut attempts), watch)?;
-            if is_final(&outcome, options) {
-                return Ok(Solved { outcome, attempts });
-            }
-            if outcome.reason == Reason::Infeasible { outcome } else { better(best, outcome, options) }
-        }
-    };
+    let mut outcome = best.expect("one motion is always tried");
     problem.settle_at(&outcome.x);
     if outcome.violation > options.violation {
         outcome.warnings.splice(..0, saturated(problem, &outcome.x));
@@ -105,7 +121,32 @@ pub(super) fn from_start(
     Ok(Solved { outcome, attempts })
 }
 
-/// Solves from the inputs of the problem without segments, and adds the attempt. If no state at the end has the values asked for, it ends after few
+/// A way from a start to a minimum.
+#[derive(Clone, Copy, PartialEq)]
+enum Way {
+    /// From the inputs.
+    OneMotion,
+    /// From a guess of the states in a number of segments.
+    Segments(usize),
+}
+
+/// Makes one motion the next way, if it has not been tried.
+fn bring_one_motion_forward(ways: &mut VecDeque<Way>) {
+    if let Some(one) = ways.iter().position(|way| *way == Way::OneMotion).and_then(|at| ways.remove(at)) {
+        ways.push_front(one);
+    }
+}
+
+impl fmt::Display for Way {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self {
+            Way::OneMotion => write!(f, "one motion"),
+            Way::Segments(count) => write!(f, "{count} segments"),
+        }
+    }
+}
+
+/// Solves from the inputs of the problem without segments. If no state at the end has the values asked for, it ends after few
 /// iterations, as infeasible.
 ///
 /// # Errors
@@ -113,7 +154,7 @@ pub(super) fn from_start(
 fn as_one_motion(
     problem: &mut MotionProblem,
     (start, reach): (&[f64], Reach),
-    (options, attempts): (&Options, &mut Vec<Attempt>),
+    options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
     let most = if reach == Reach::Impossible { MOST_IMPOSSIBLE } else { usize::MAX };
@@ -122,7 +163,6 @@ fn as_one_motion(
     if reach == Reach::Impossible && !is_final(&outcome, options) {
         outcome.reason = Reason::Infeasible;
     }
-    attempts.push(Attempt::of("one motion".into(), &outcome, options));
     Ok(outcome)
 }
 
@@ -147,4 +187,19 @@ fn better(one: Option<Outcome>, other: Outcome, options: &Options) -> Outcome {
 pub(super) fn settles_at(problem: &mut MotionProblem, x: &[f64]) -> Result<(), Error> {
     let mut constraints = vec![0.0; problem.constraints().len()];
     problem.evaluate(x, &mut constraints).map(|_| ())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_motion_is_brought_forward_if_it_is_left() {
+        let mut ways: VecDeque<Way> = [Way::Segments(33), Way::Segments(10), Way::OneMotion].into();
+        bring_one_motion_forward(&mut ways);
+        assert!(ways == [Way::OneMotion, Way::Segments(33), Way::Segments(10)]);
+        ways.pop_front();
+        bring_one_motion_forward(&mut ways);
+        assert!(ways == [Way::Segments(33), Way::Segments(10)]);
+    }
 }
