@@ -26,6 +26,7 @@ _WHAT_TO_DO = {
     "stopped by a callback": "continue from x: `minimise(start=found.x)` of a `Problem`",
 }
 _AFTER_SOLVE = "try several `starts`, another `guess`, more `iterations`, a longer duration, or wider bounds"
+_UNSTABLE = "segments met, but rounding errors grow along their motion until no controls make one motion of it: a shorter motion may be computed as one"
 
 
 class Iterate(NamedTuple):
@@ -152,6 +153,8 @@ class Optimum:
         if off:
             what_to_do = _WHAT_TO_DO.get(self.reason, "try another start, a longer duration, or wider bounds")
             yield _AFTER_SOLVE if self.attempts and "callback" not in self.reason else what_to_do
+            if any(attempt.unstable for attempt in self.attempts):
+                yield _UNSTABLE
 
     def _tried(self) -> list[str]:
         """The table of attempts."""
