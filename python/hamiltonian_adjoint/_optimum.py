@@ -25,7 +25,7 @@ _WHAT_TO_DO = {
     "a constraint has no multiplier, because its gradient vanishes or depends on those of others": "state the limits in another form, for example φ = π/2 instead of (φ − π/2)² = 0",
     "stopped by a callback": "continue from x: `minimise(start=found.x)` of a `Problem`",
 }
-_AFTER_SOLVE = "try several `starts`, another `guess`, more `iterations`, a longer duration, or wider bounds"
+_AFTER_SOLVE = "try several `starts`, another `guess`, {more}a longer duration, or wider bounds"
 _UNSTABLE = "segments met, but rounding errors grow along their motion until no controls make one motion of it: a shorter motion may be computed as one"
 
 
@@ -144,15 +144,18 @@ class Optimum:
         """The outputs that violate their limits, the worst first."""
         if self.converged:
             return
-        ends = [(name, value, min(max(value, least), most)) for (name, least, most), value in zip(self.limits, self.constraints)]
+        ends = [(limit, value, min(max(value, limit[1]), limit[2])) for limit, value in zip(self.limits, self.constraints)]
         off = sorted((of for of in ends if abs(of[1] - of[2]) > _OFF), key=lambda of: -abs(of[1] - of[2]))
-        for name, value, end in off[:_OUTPUTS]:
-            yield f"{name} is {value:.6g} instead of {end:.6g}, off by {abs(value - end):.2g}"
+        for (name, least, most), value, end in off[:_OUTPUTS]:
+            side = "" if least == most else "at least " if value < least else "at most "
+            yield f"{name} is {value:.6g} instead of {side}{end:.6g}, off by {abs(value - end):.2g}"
         if len(off) > _OUTPUTS:
             yield f"… and {counted(len(off) - _OUTPUTS, 'other output')}"
-        if off:
+        # Nothing helps if no state satisfies the constraints.
+        if off and all(kind != "NoState" for kind, _ in self.warnings):
             what_to_do = _WHAT_TO_DO.get(self.reason, "try another start, a longer duration, or wider bounds")
-            yield _AFTER_SOLVE if self.attempts and "callback" not in self.reason else what_to_do
+            more = "" if "unlikely to help" in self.message else "more `iterations`, "
+            yield _AFTER_SOLVE.format(more=more) if self.attempts and "callback" not in self.reason else what_to_do
             if any(attempt.unstable for attempt in self.attempts):
                 yield _UNSTABLE
 

@@ -44,6 +44,8 @@ impl Outcome {
     pub(super) fn describe_progress(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Some(progress) = self.progress() else { return Ok(()) };
         match self.reason {
+            // Too few to tell.
+            Reason::Iterations if progress.iterations + 1 < LATELY => write!(f, "; {progress}"),
             Reason::Iterations if progress.improves() => write!(f, "; {progress}, so more iterations are likely to help"),
             Reason::Iterations => write!(f, "; {progress}, so more iterations are unlikely to help"),
             Reason::NoLowerValue => write!(f, "; {progress}"),
@@ -67,7 +69,10 @@ impl fmt::Display for Progress {
             (before, last) if before == last => format!("stayed at {last}"),
             (from, to) => format!("{} from {from} to {to}", if last < before { "fell" } else { "rose" }),
         };
-        write!(f, "in the last {} iterations, ", self.iterations)?;
+        match self.iterations {
+            1 => write!(f, "in the last iteration, ")?,
+            many => write!(f, "in the last {many} iterations, ")?,
+        }
         if self.largest_violation > 0.0 {
             write!(f, "the violation {}, and ", change(self.violation))?;
         }

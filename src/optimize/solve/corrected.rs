@@ -33,15 +33,18 @@ pub(super) fn corrected(problem: &mut MotionProblem, x: &[f64], allowed: f64) ->
         if violation <= allowed {
             return Ok(Some(to));
         }
-        let step = step(problem, &to, (&bounds, &intervals), &c)?;
-        to.iter_mut().zip(&step).zip(&bounds).for_each(|((to, d), of)| *to = of.nearest(*to + d));
-        let is_near = to.iter().zip(x).all(|(to, x)| (to - x).abs() <= MOST * size(*x));
         // False for NaN.
         let is_reduced = violation <= REDUCED * last;
-        if !is_near || !is_reduced {
+        if !is_reduced {
             return Ok(None);
         }
         last = violation;
+        let step = step(problem, &to, (&bounds, &intervals), &c)?;
+        to.iter_mut().zip(&step).zip(&bounds).for_each(|((to, d), of)| *to = of.nearest(*to + d));
+        let is_near = to.iter().zip(x).all(|(to, x)| (to - x).abs() <= MOST * size(*x));
+        if !is_near {
+            return Ok(None);
+        }
     }
     Ok(None)
 }

@@ -95,7 +95,7 @@ impl Guess {
     /// Wrong sizes, or values that are not finite.
     pub(super) fn check(&self, problem: &MotionProblem) -> Result<(), Error> {
         let is_finite = |what: &str, mut all: std::slice::Iter<'_, f64>| match all.find(|x| !x.is_finite()) {
-            Some(&value) => Err(Error::NotFinite { what: what.into(), value }),
+            Some(&value) => Err(Error::NotFinite { what: format!("an entry of {what}"), value }),
             None => Ok(()),
         };
         match self {
@@ -162,7 +162,7 @@ impl Line {
         at.start.q_mut().copy_from(&q0);
         let chosen = Retraction::choose(system, &preferred, &at);
         let coordinates: Vec<Coordinate> = chosen.iter().map(|&i| system.coordinate(i)).collect();
-        let mut pose = Pose::new(system, settings, &at, &coordinates).ok()?;
+        let mut pose = Pose::new((system, settings), &at, &coordinates, nodes - 1).ok()?;
         let times = inputs.grid.times();
         let z0 = pose.guess(&q0, &v0);
         let (end, at_end) = end_of(problem, &mut pose, [&q0, &v0]);
