@@ -53,7 +53,8 @@ def free(
     elif isinstance(quantity, Symbol) and quantity.list in _KINDS:
         kind, name = _KINDS[quantity.list], quantity.name
     else:
-        raise TypeError(f"a control, a design variable, a coordinate, a velocity or 'duration' can be free, not {quantity!r}")
+        hint = "; find a quantity by its name with `scene['…']`" if isinstance(quantity, str) else ""
+        raise TypeError(f"a control, a design variable, a coordinate, a velocity or 'duration' can be free, not {quantity!r}{hint}")
     if len(given) > 1 or given and kind != "control":
         raise TypeError("only a control can be linear, in pieces or a spline, and only one of them")
     made = Free(given[0] if given else kind, name, forms[given[0]] if given else 0)
@@ -68,7 +69,7 @@ def step_length(step: int, *, within: tuple[float, float] = (-math.inf, math.inf
 def interval(within: Any, of: str) -> tuple[float, float]:
     """The bounds of a constraint: a pair, in which None leaves a side open, a number for an equality, or None."""
     try:
-        return (float(within), float(within)) if within is not None and np.ndim(within) == 0 else pair(within, of)
+        return (_number(within), _number(within)) if within is not None and np.ndim(within) == 0 else pair(within, of)
     except (TypeError, ValueError):
         raise InputError(f"{of}: a number, a pair (least, most) or None is expected, not {within!r}") from None
 
@@ -79,10 +80,17 @@ def pair(within: Any, of: str) -> tuple[float, float]:
         return -math.inf, math.inf
     try:
         least, most = within
-        return -math.inf if least is None else float(least), math.inf if most is None else float(most)
+        return -math.inf if least is None else _number(least), math.inf if most is None else _number(most)
     except (TypeError, ValueError):
         hint = "; to keep the quantity at this value, set it in the inputs and do not list it as free" if np.ndim(within) == 0 else ""
         raise InputError(f"{of}: bounds are a pair (least, most), not {within!r}{hint}") from None
+
+
+def _number(x: Any) -> float:
+    """A number; text is none, although `float` reads it."""
+    if isinstance(x, (str, bytes)):
+        raise TypeError
+    return float(x)
 
 
 def stated(free: Iterable[Symbol | Free | str], bounds: Mapping[Symbol | str, Any] | None) -> list[Free]:
@@ -94,7 +102,8 @@ def stated(free: Iterable[Symbol | Free | str], bounds: Mapping[Symbol | str, An
         wanted = _free(key)
         places = [i for i, of in enumerate(quantities) if of.name == wanted.name and _subject(of) == _subject(wanted)]
         if not places:
-            raise InputError(f"`bounds` has {wanted.kind} `{wanted.name}`, which is not free")
+            name = f"`{wanted.name}`" if wanted.kind == wanted.name else f"{wanted.kind} `{wanted.name}`"
+            raise InputError(f"`bounds` has a pair for {name}, which is not free: add it to the list of free quantities, or leave the pair out")
         quantities[places[0]] = replace(quantities[places[0]], within=pair(within, f"bounds of {wanted.kind} `{wanted.name}`"))
     return quantities
 

@@ -250,6 +250,14 @@ class Scene(Parts):
             self.term(made, name, formula, sum, **lists)
         return made
 
+    def outputs_at(self, name: str, formula: Formula, nodes: Iterable[int], **lists: Any) -> list[Output]:
+        """Adds an output for a formula at each of these nodes, for example `range(101)`, called `name at node 0` and so on.
+
+        With these outputs, limits along the motion are constraints of an optimum: `constraints=dict.fromkeys(outputs, (least, most))`.
+        """
+        given = {of: list(entries) for of, entries in lists.items()}
+        return [self.output(f"{name} at node {at}", formula, sum=node(at), **given) for at in nodes]
+
     def term(self, output: Output | str, name: str, formula: Formula, sum: str | dict[str, int] | None, **lists: Any) -> None:
         """Adds a term to an output."""
         of = output if isinstance(output, str) else self._entries.own(output).name

@@ -15,7 +15,7 @@ OPTIONAL = ("casadi", "cyipopt")
 def test_the_guide(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), re.DOTALL)
-    assert len(blocks) == 17
+    assert len(blocks) == 18
     names: dict[str, object] = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ha.MotionWarning)
