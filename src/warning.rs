@@ -267,6 +267,17 @@ pub enum Warning {
         /// The number of its variables.
         of: usize,
     },
+    /// No state at a node satisfies all constraints of a problem on the state there ([`solve`](crate::optimize::solve())), so no motion does: they
+    /// contradict each other or, at node 0, the start, which is not free.
+    NoState {
+        /// The node.
+        node: usize,
+        /// The time of the node, s.
+        time: f64,
+        /// The constraints that a fixed start violates, or those that are violated in a state near the guess where the sum of squares of all violations is
+        /// least.
+        violations: Vec<String>,
+    },
     /// The sum of squares χ² of the residuals of a fit is improbable: for a correct model with normal errors of the stated standard deviations, a χ² so
     /// far from the number of degrees of freedom has a probability below [`MISFIT`](Warning::MISFIT).
     ///
@@ -498,6 +509,17 @@ impl fmt::Display for Warning {
                 let many = if *of > 1 { format!(" in {count} of {of} variables") } else { String::new() };
                 write!(f, "{quantity} is at its bounds{many} while constraints are violated; wider bounds may be needed")
             }
+            Warning::NoState { node: 0, violations, .. } => write!(
+                f,
+                "the start, which is not free, violates constraints: {}; change the start, let it be free, or state these constraints at later nodes only",
+                violations.join("; ")
+            ),
+            Warning::NoState { node, time, violations } => write!(
+                f,
+                "no state at node {node} (t = {} s) satisfies all constraints there; in the nearest one, {}",
+                seconds(*time),
+                violations.join("; ")
+            ),
             Warning::Misfit { chi_squared, degrees_of_freedom, probability } => {
                 let degrees = *degrees_of_freedom as f64;
                 let is_large = *chi_squared > degrees;

@@ -17,7 +17,8 @@ const LINES: usize = 25;
 /// Options of an optimisation method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
-    /// Largest number of iterations. Feasibility phases of [`interior_point`](super::interior_point()) have as many of their own.
+    /// Largest number of iterations. Feasibility phases of [`interior_point`](super::interior_point()), and each phase of an attempt of
+    /// [`solve`](super::solve()), have as many of their own.
     pub iterations: usize,
     /// Value of f, or of ½‖r‖², at which the method stops, if any.
     pub target: Option<f64>,
@@ -101,7 +102,8 @@ pub enum Reason {
     NoLowerValue,
     /// The sum of squares of the violations has a local minimum, in the units of the constraints: no feasible point is nearby. Where only its gradient
     /// vanishes, as by symmetry, [`interior_point`](super::interior_point()) follows negative curvature instead. Another start or a [`homotopy`](super::homotopy()) may find a feasible point if one exists.
-    /// [`solve`](super::solve()) returns this reason, too, if constraints on states at the first or the last node contradict each other or a fixed start.
+    /// [`solve`](super::solve()) returns this reason, too, if constraints on states at one node contradict each other or a fixed start
+    /// ([`Warning::NoState`]).
     Infeasible,
     /// The constraints hold within the tolerance, but have no multipliers: the gradient of a constraint vanishes where the constraint holds, as that
     /// of (φ − π/2)² = 0 does, or gradients become linearly dependent. No point can be confirmed as a minimum. State such constraints in another

@@ -5,7 +5,7 @@ use hamiltonian_adjoint::optimize::{
     silent, solve,
 };
 use hamiltonian_adjoint::planar::Body;
-use hamiltonian_adjoint::{Cost, CostPoint, Error, Grid, Inputs, Output, Scalar, Scene, Settings, Sum};
+use hamiltonian_adjoint::{Cost, CostPoint, Error, Grid, Inputs, Output, Scalar, Scene, Settings, Sum, Warning};
 use nalgebra::SVector;
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -63,11 +63,18 @@ fn limited(tip: [f64; 2], most: f64) -> (MotionProblem, [Output; 2], Vec<Output>
         scene.term(output, &format!("tip, {name}"), Tip { is_up }, Sum::Terminal, [angles[0], angles[1]], [], [], []);
         output
     });
+    let along = scene.output("tip and path");
+    scene.term(along, "tip", Tip { is_up: false }, Sum::Terminal, [angles[0], angles[1]], [], [], []);
+    scene.term(along, "path", Between, Sum::Integral, [angles[0], angles[1]], [], [], []);
     let path = scene.outputs_at("elbow", Between, 0..=40, [angles[0], angles[1]], [], [], []);
+    let middle = [("upper", 0), ("lower", 1)]
+        .map(|(name, k)| scene.reading(&format!("{name} at the middle"), angles[k], 20, 0.0, 1.0));
     let system = scene.compile().expect("a system");
     let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.025));
     let variables = Variables::new(&system, &inputs, free).expect("free");
     let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(along, Interval::FREE);
+    middle.iter().for_each(|reading| problem.constrain(*reading, Interval::FREE));
     ends.iter().for_each(|end| problem.constrain(end.position, Interval::FREE));
     ends.iter().for_each(|end| problem.constrain(end.rate, Interval::ZERO));
     tips.iter().zip(tip).for_each(|(output, to)| problem.constrain(*output, Interval::equal(to)));
@@ -117,6 +124,28 @@ fn targets_out_of_reach_are_told_without_segments() {
 }
 
 #[test]
+fn targets_out_of_reach_in_any_direction_are_told_soon() {
+    // The arm is 1 m long and points to the target.
+    let cases = [
+        ([2.0, 0.1], ["0.999", "0.0499"]),
+        ([1.0, 1.0], ["0.707"; 2]),
+        ([-1.5, 0.7], ["-0.906", "0.423"]),
+        ([0.3, -1.2], ["0.243", "-0.97"]),
+    ];
+    for (tip, [right, up]) in cases {
+        let (mut problem, _) = arm(tip, 40.0);
+        let found = solve(&mut problem, Guess::Straight.starts(3), &Options::default(), &mut silent).expect("fits");
+        println!("{tip:?} {found}");
+        assert!(found.outcome.reason == Reason::Infeasible && found.attempts.len() == 1, "{found}");
+        // As many of a feasibility phase are possible.
+        assert!(found.attempts[0].iterations <= 200, "{found}");
+        let texts =
+            ["no state at node 40 (t = 1.0 s)", &format!("`tip, right` is {right} "), &format!("`tip, up` is {up} ")];
+        assert!(texts.iter().all(|text| found.to_string().contains(text)), "{found}");
+    }
+}
+
+#[test]
 fn of_failed_attempts_the_best_one_is_returned() {
     // Motors too weak to lift the arm.
     let (mut problem, _) = arm([0.2, 0.9], 1.0);
@@ -158,6 +187,31 @@ fn limits_at_nodes_that_contradict_the_ends_are_told_without_segments() {
         println!("{found}");
         assert!(found.outcome.reason == Reason::Infeasible && found.attempts.len() == 1, "{found}");
         assert!(found.to_string().contains(told), "{found}");
+        let is_told = |of: &Warning| matches!(of, Warning::NoState { node, .. } if (*node == 0) == told.contains("node 0"));
+        assert!(found.outcome.warnings.iter().any(is_told), "{found}");
+    }
+}
+
+/// At one node between the ends, the elbow must be bent more than the angles of both links allow.
+#[test]
+fn limits_at_one_node_that_contradict_each_other_are_named() {
+    for (bent, is_told) in [(1.4, true), (0.7, false)] {
+        let (mut problem, _, path) = limited([0.6, 0.3], 1e3);
+        let system = problem.solver.system().clone();
+        let is_middle = |name: &str| name.ends_with("at the middle");
+        let middle = (0..system.outputs()).filter(|k| is_middle(system.output_name(*k))).map(|k| system.output(k));
+        middle.for_each(|angle| problem.constrain(angle, Interval::new(-1.5, -0.5)));
+        problem.constrain_all(&path, Interval::FREE);
+        problem.constrain(path[20], Interval::at_least(bent));
+        let found = solve(&mut problem, Guess::Straight.starts(3), &Options::default(), &mut silent).expect("fits");
+        println!("{found}");
+        let Some(Warning::NoState { node, violations, .. }) = found.outcome.warnings.first() else {
+            assert!(!is_told && found.outcome.reason == Reason::Stationary, "{found}");
+            continue;
+        };
+        assert!(is_told && *node == 20 && violations.len() == 3, "{found}");
+        assert!(found.outcome.reason == Reason::Infeasible && found.attempts.len() == 1, "{found}");
+        assert!(found.to_string().contains("no state at node 20 (t = 0.5 s)"), "{found}");
     }
 }
 
@@ -194,8 +248,11 @@ fn limits_that_the_start_touches_do_no_harm() {
 
 #[test]
 fn given_states_are_tried_although_no_end_was_found() {
-    let (mut problem, _) = arm([2.0, 0.0], 1e3);
+    let (mut problem, _) = arm([0.6, 0.3], 1e3);
     let system = problem.solver.system().clone();
+    // It depends on the path, too, so that a state at the end does not tell whether it is possible.
+    let along = (0..system.outputs()).find(|k| system.output_name(*k) == "tip and path").expect("an output");
+    problem.constrain(system.output(along), Interval::equal(2.0));
     let guess = Guess::States {
         q: nalgebra::DMatrix::from_fn(system.n(), 41, |i, _| system.initial_coordinates()[i]),
         v: nalgebra::DMatrix::zeros(system.n(), 41),

@@ -7,7 +7,8 @@ use hamiltonian_adjoint::optimize::{
 };
 use hamiltonian_adjoint::planar::Body;
 use hamiltonian_adjoint::scenes::{AngleError, CartPendulum};
-use hamiltonian_adjoint::{Error, Grid, Inputs, Scene, Settings, Sum, Warning};
+use hamiltonian_adjoint::{Cost, CostPoint, Error, Grid, Inputs, Scalar, Scene, Settings, Sum, Warning};
+use nalgebra::SVector;
 use std::f64::consts::FRAC_PI_2;
 
 /// cosh(x − 1) + (y + 2)², least at (1, −2).
@@ -170,6 +171,52 @@ fn motions_that_cannot_be_are_infeasible() {
             for text in [outcome.to_string(), solved.to_string()] {
                 assert!(names.iter().all(|name| text.contains(name)), "{text}");
             }
+        }
+    }
+}
+
+/// The way back, m.
+struct Back;
+
+impl Cost<1> for Back {
+    fn cost<S: Scalar>(&self, at: &CostPoint<S, 1, 0, 0>, _b: &SVector<S, 0>) -> S {
+        -at.q[0]
+    }
+}
+
+/// The greatest distance of a body on a rail after 1 s, less an effort with a weight; it comes to rest, if asked.
+fn farthest(weight: f64, is_at_rest: bool) -> MotionProblem {
+    let mut scene = Scene::new();
+    let body = scene.body("body", 1.0, 1.0, [0.0; 3]);
+    scene.prismatic("rail", Body::GROUND.at(0.0, 0.0), 0.0, body.at(0.0, 0.0), 0.0);
+    let force = scene.control("force");
+    scene.actuator("drive", Body::GROUND.at(0.0, 0.0), 0.0, body.at(0.0, 0.0), force);
+    scene.cost("way back", Back, Sum::Terminal, [body.coordinates[0]], [], [], []);
+    scene.effort("effort", force, weight);
+    let end = scene.end_state(body.coordinates[0]);
+    let system = scene.compile().expect("a scene");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(20, 0.05));
+    let variables = Variables::new(&system, &inputs, vec![Free::control(force)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    if is_at_rest {
+        problem.constrain(end.rate, Interval::ZERO);
+    }
+    problem
+}
+
+#[test]
+fn a_value_without_bound_ends_solve() {
+    for (is_at_rest, guess) in
+        [(false, Guess::Straight), (true, Guess::Straight), (false, Guess::Inputs), (true, Guess::Inputs)]
+    {
+        let found = solve(&mut farthest(0.0, is_at_rest), guess.starts(5), &Options::default(), &mut silent).expect("fits");
+        println!("{found}");
+        assert!(found.outcome.reason == Reason::Unbounded && found.attempts.len() == 1, "{found}");
+        // Far away, but not without bound.
+        for weight in [1.0, 1e-6] {
+            let found =
+                solve(&mut farthest(weight, is_at_rest), Guess::Straight, &Options::default(), &mut silent).expect("fits");
+            assert!(found.outcome.reason == Reason::Stationary && found.outcome.value < 0.0, "{found}");
         }
     }
 }

@@ -24,7 +24,7 @@ use reach::without_known;
 pub use sensitivity::{Parameter, Sensitivity, sensitivities};
 pub use solved::{Attempt, Solved};
 use starts::Starts;
-use ways::{from_start, is_solved, settles_at};
+use ways::{from_start, is_hopeless, is_solved, settles_at};
 
 /// Number of starts that are tried together, and of starts that must lead to the best value, not from near it, until no others are tried.
 const TOGETHER: usize = 4;
@@ -41,8 +41,10 @@ const ALIKE: f64 = 1e-4;
 /// [`interior_point`](super::interior_point()) starts from the inputs of the problem as one motion. It does so at once if segments led to a motion too
 /// unstable to be computed as one. If no state at the end has the values that are asked
 /// for, one motion is tried first, and [`Reason::Infeasible`](super::Reason::Infeasible) ends the search. Constraints on states at the first or the last
-/// node that contradict each other or a fixed start end it after at most 100 iterations. If nothing leads to a minimum, the outcome is that with the
-/// smallest violation.
+/// node that contradict each other or a fixed start end it after at most 100 iterations, and those at another node after the first way.
+/// [`Warning::NoState`](crate::Warning::NoState) names them. If nothing leads to a minimum, the outcome is that with the smallest violation.
+///
+/// A value that decreases without bound ends the search, too ([`Reason::Unbounded`](super::Reason::Unbounded)).
 ///
 /// If the duration is free, a feasible motion with about the duration of the start is sought first, without the bounds of the controls.
 ///
@@ -114,7 +116,7 @@ fn from_all_starts(
 ) -> Result<Solved, Error> {
     let (guess, starts) = (&search.guess, search.starts);
     let mut best = from_start(problem, guess, (options, 0), watch)?;
-    if starts < 2 || best.outcome.is_interrupted() {
+    if starts < 2 || best.outcome.is_interrupted() || is_hopeless(&best.outcome) {
         return Ok(best);
     }
     let random = Starts::new(problem, &best.outcome);

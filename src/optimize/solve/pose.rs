@@ -1,4 +1,4 @@
-//! [`Pose`]: states at the end of a motion.
+//! [`Pose`]: states at a node of a motion.
 
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::PI;
@@ -18,15 +18,21 @@ const HALVINGS: i32 = 10;
 const CLOSE: f64 = 1e-10;
 /// Singular values below this fraction of the largest one are zero.
 const RANK: f64 = 1e-8;
+/// The first damping relative to the largest diagonal entry of JᵀJ, and its changes after steps that succeed and that fail.
+const DAMPING: f64 = 1.0;
+const LESS: f64 = 0.3;
+const MORE: f64 = 4.0;
 /// Largest change of an angle in an iteration, rad.
 const TURN: f64 = 0.5;
-/// The gradient of half the sum of squares of residuals is zero below this fraction of the sum.
+/// The gradient of half the sum of squares of residuals is zero below this fraction of the sum, or below this fraction of the largest gradient of residuals
+/// of this size, from which on its effect on the sum is rounding error.
 const LEAST: f64 = 1e-6;
+const ROUNDING: f64 = 3e-7;
 /// Residuals of a state that was found, and the number of random poses from which it is sought.
-const FOUND: f64 = 1e-6;
+pub(super) const FOUND: f64 = 1e-6;
 const POSES: usize = 30;
 
-/// A state with the outputs that are terminal values: the end of the motion as a segment without steps.
+/// A state with the outputs that it determines: a node of the motion, other than the first, as a segment without steps.
 pub(super) struct Pose {
     segment: Segment,
     /// For each independent coordinate, true if it is an angle.
@@ -34,11 +40,16 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    pub(super) fn new(system: &System, settings: Settings, inputs: &Inputs, states: &[Coordinate]) -> Result<Self, Error> {
-        let (mut own, last) = (inputs.clone(), inputs.grid.steps.len());
+    pub(super) fn new(
+        (system, settings): (&System, Settings),
+        inputs: &Inputs,
+        states: &[Coordinate],
+        node: usize,
+    ) -> Result<Self, Error> {
+        let mut own = inputs.clone();
         own.events.clear();
-        let (nothing, end) = (Variables::new(system, &own, Vec::new())?, Part { nodes: last..last, knots: Vec::new() });
-        let segment = Segment::new((system, settings), (&own, &nothing), states, end, &mut 0)?;
+        let (nothing, part) = (Variables::new(system, &own, Vec::new())?, Part { nodes: node..node, knots: Vec::new() });
+        let segment = Segment::new((system, settings), (&own, &nothing), states, part, &mut 0)?;
         let is_angle = |of: &Coordinate| system.sines().coordinates().any(|i| i == of.index());
         Ok(Pose { segment, angles: states.iter().map(is_angle).collect() })
     }
@@ -61,12 +72,13 @@ impl Pose {
     }
 
     /// The state z near z₀ in which outputs lie in given intervals, or the last one that Newton's method found; and whether they do. If the
-    /// method fails from z₀, as where derivatives vanish by symmetry, it starts from random poses, and the state nearest to z₀ is taken.
-    pub(super) fn end(&mut self, [q0, v0]: [&DVector<f64>; 2], time: f64, asked: &[(usize, Interval)]) -> (Vec<f64>, Reach) {
+    /// method fails from z₀, as where derivatives vanish by symmetry, it starts from random poses, and the state nearest to z₀ is taken. If there is
+    /// none, the state where the sum of squares of the distances is least.
+    pub(super) fn nearest(&mut self, [q0, v0]: [&DVector<f64>; 2], time: f64, asked: &[(usize, Interval)]) -> End {
         let z0 = self.guess(q0, v0);
         let from_start = self.newton(&z0, time, asked);
         if from_start.reach == Reach::Found {
-            return (from_start.z, Reach::Found);
+            return from_start;
         }
         let angles = self.angles.clone();
         let positions = || (0..z0.len()).step_by(2);
@@ -82,65 +94,121 @@ impl Pose {
             self.guess(q0, v0);
             self.newton(&z, time, asked)
         });
-        let tried: Vec<End> = tried.collect();
-        let distance = |end: &&End| positions().map(|i| (end.z[i] - z0[i]).powi(2)).sum::<f64>();
-        let found = tried.iter().filter(|end| end.reach == Reach::Found);
-        match found.min_by(|a, b| distance(a).total_cmp(&distance(b))) {
-            Some(found) => (found.z.clone(), Reach::Found),
+        let distance = |end: &End| positions().map(|i| (end.z[i] - z0[i]).powi(2)).sum::<f64>();
+        let (found, others): (Vec<End>, Vec<End>) = tried.partition(|end| end.reach == Reach::Found);
+        match found.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) {
+            Some(found) => found,
+            None if others.iter().chain([&from_start]).any(|end| end.reach == Reach::Unknown) => {
+                End { reach: Reach::Unknown, ..from_start }
+            }
             None => {
-                let reach = tried.iter().fold(from_start.reach, |least, end| least.min(end.reach));
-                (from_start.z, reach)
+                let better = |least: End, end: End| if end.left.norm() < least.left.norm() { end } else { least };
+                others.into_iter().fold(from_start, better)
             }
         }
     }
 
-    /// z near another one in which outputs lie in given intervals, as nearly as Newton's method finds it. Angles change by at most [`TURN`] in an
-    /// iteration, so that the method does not wind them up.
+    /// z near another one in which outputs lie in given intervals, or where the sum of squares of the distances from them is least, if Newton's
+    /// method finds it. Angles change by at most [`TURN`] in an iteration, so that the method does not wind them up.
     fn newton(&mut self, from: &[f64], time: f64, asked: &[(usize, Interval)]) -> End {
-        let outputs: Vec<Asked> = asked.iter().map(|(output, _)| Asked::Output(*output)).collect();
-        let left = |segment: &mut Segment, z: &DVector<f64>| {
-            let (_, found) = segment.try_at(z.as_slice(), time).ok()?;
-            let excess = |(output, to): &(usize, Interval)| found[*output] - to.nearest(found[*output]);
-            Some(DVector::from_iterator(asked.len(), asked.iter().map(excess)))
+        let z = DVector::from_column_slice(from);
+        let Some(r) = self.residuals(&z, time, asked) else {
+            return End { z: from.to_vec(), left: DVector::from_element(asked.len(), f64::INFINITY), reach: Reach::Unknown };
         };
-        let Pose { segment, angles } = self;
-        let mut z = DVector::from_column_slice(from);
-        let Some(mut r) = left(segment, &z) else { return End { z: from.to_vec(), reach: Reach::Unknown } };
-        let mut is_least = false;
+        let mut at = At { z, r, is_least: false };
         for _ in 0..ITERATIONS {
-            segment.settle();
-            let mut jacobian = DMatrix::zeros(asked.len(), z.len());
-            if r.amax() < CLOSE || segment.jacobian(&outputs, &mut jacobian).is_err() {
-                break;
-            }
-            let is_inside = |i: &usize| r[*i] == 0.0 && !asked[*i].1.is_equality();
-            (0..asked.len()).filter(is_inside).for_each(|i| jacobian.fill_row(i, 0.0));
-            // Along the change of each variable by 1 m, 1 rad or their rates.
-            is_least = jacobian.tr_mul(&r).amax() <= LEAST * r.norm_squared();
+            let Some(jacobian) = self.derivatives(&mut at, asked) else { break };
             // There is none without a free coordinate.
             let Some(svd) = decomposition(jacobian) else { break };
-            let Ok(step) = svd.solve(&r, RANK * svd.singular_values.max()) else { break };
-            let turns = step.iter().step_by(2).zip(&*angles).filter(|(_, is_angle)| **is_angle);
-            let longest = TURN / turns.fold(TURN, |most, (turn, _)| most.max(turn.abs()));
-            let shares = (0..HALVINGS).map(|k| longest * 0.5f64.powi(k));
-            let tried = shares.map(|share| &z - share * &step).find_map(|next| {
-                let after = left(segment, &next)?;
-                (after.norm() < r.norm()).then_some((next, after))
-            });
-            let Some((next, after)) = tried else { break };
-            (z, r) = (next, after);
+            let Ok(step) = svd.solve(&at.r, RANK * svd.singular_values.max()) else { break };
+            let longest = self.longest(&step);
+            let tried = (0..HALVINGS).find_map(|k| self.reduced(&at, &(longest * 0.5f64.powi(k) * &step), time, asked));
+            let Some(next) = tried else { break };
+            at = next;
         }
-        let reach = match r.amax() < FOUND {
+        if at.r.amax() >= FOUND && !at.is_least {
+            self.descend(&mut at, time, asked);
+        }
+        let reach = match at.r.amax() < FOUND {
             true => Reach::Found,
-            false if is_least => Reach::Impossible,
+            false if at.is_least => Reach::Impossible,
             false => Reach::Unknown,
         };
-        End { z: z.as_slice().to_vec(), reach }
+        End { z: at.z.as_slice().to_vec(), left: at.r, reach }
+    }
+
+    /// Reduces the sum of squares by damped steps (Levenberg and Marquardt), which lead to the least one where it is not zero.
+    fn descend(&mut self, at: &mut At, time: f64, asked: &[(usize, Interval)]) {
+        let mut damping = DAMPING;
+        if self.residuals(&at.z, time, asked).is_none() {
+            return;
+        }
+        for _ in 0..ITERATIONS {
+            let Some(jacobian) = self.derivatives(at, asked) else { return };
+            if at.is_least {
+                return;
+            }
+            let (squares, slopes) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&at.r));
+            let size = squares.diagonal().amax();
+            let tried = (0..HALVINGS).find_map(|_| {
+                let damped = DMatrix::from_diagonal_element(squares.nrows(), squares.ncols(), damping * size) + &squares;
+                let step = damped.cholesky()?.solve(&slopes);
+                let next = self.reduced(at, &(self.longest(&step) * step), time, asked);
+                damping *= if next.is_some() { LESS } else { MORE };
+                next
+            });
+            let Some(next) = tried else { return };
+            *at = next;
+        }
+    }
+
+    /// The largest fraction of a step that turns no angle by more than [`TURN`].
+    fn longest(&self, step: &DVector<f64>) -> f64 {
+        let turns = step.iter().step_by(2).zip(&self.angles).filter(|(_, is_angle)| **is_angle);
+        TURN / turns.fold(TURN, |most, (turn, _)| most.max(turn.abs()))
+    }
+
+    /// The distances of outputs from their intervals; `None` without a state.
+    fn residuals(&mut self, z: &DVector<f64>, time: f64, asked: &[(usize, Interval)]) -> Option<DVector<f64>> {
+        let (_, found) = self.segment.try_at(z.as_slice(), time).ok()?;
+        let excess = |(output, to): &(usize, Interval)| found[*output] - to.nearest(found[*output]);
+        Some(DVector::from_iterator(asked.len(), asked.iter().map(excess)))
+    }
+
+    /// The derivatives of the distances by z at the last point; `None` if all are almost zero, or without derivatives.
+    fn derivatives(&mut self, at: &mut At, asked: &[(usize, Interval)]) -> Option<DMatrix<f64>> {
+        self.segment.settle();
+        let outputs: Vec<Asked> = asked.iter().map(|(output, _)| Asked::Output(*output)).collect();
+        let mut jacobian = DMatrix::zeros(asked.len(), at.z.len());
+        if at.r.amax() < CLOSE || self.segment.jacobian(&outputs, &mut jacobian).is_err() {
+            return None;
+        }
+        let is_inside = |i: &usize| at.r[*i] == 0.0 && !asked[*i].1.is_equality();
+        (0..asked.len()).filter(is_inside).for_each(|i| jacobian.fill_row(i, 0.0));
+        // Along the change of each variable by 1 m, 1 rad or their rates.
+        let (size, slope) = (at.r.norm(), jacobian.tr_mul(&at.r).amax());
+        at.is_least = slope <= size * (LEAST * size).max(ROUNDING * jacobian.norm());
+        Some(jacobian)
+    }
+
+    /// The point after a step back, if its distances are smaller.
+    fn reduced(&mut self, at: &At, step: &DVector<f64>, time: f64, asked: &[(usize, Interval)]) -> Option<At> {
+        let z = &at.z - step;
+        let r = self.residuals(&z, time, asked)?;
+        (r.norm() < at.r.norm()).then_some(At { z, r, is_least: false })
     }
 }
 
-/// The end of Newton's method for the state at the end.
-struct End {
-    z: Vec<f64>,
-    reach: Reach,
+/// A state z with the distances r of outputs from their intervals; true if the sum of squares of r is stationary there.
+struct At {
+    z: DVector<f64>,
+    r: DVector<f64>,
+    is_least: bool,
+}
+
+/// A state, and the distances of outputs from their intervals there.
+pub(super) struct End {
+    pub(super) z: Vec<f64>,
+    pub(super) left: DVector<f64>,
+    pub(super) reach: Reach,
 }

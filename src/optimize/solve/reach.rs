@@ -4,9 +4,10 @@ use nalgebra::DVector;
 
 use super::super::free::Quantity;
 use super::super::problem::{Interval, Problem};
-use super::super::{Free, MotionProblem};
-use super::pose::Pose;
-use crate::{Error, Inputs, Settings, Solver, System};
+use super::super::{Free, MotionProblem, Violation};
+use super::guess::Line;
+use super::pose::{End, FOUND, Pose};
+use crate::{Error, Inputs, Settings, Solver, System, Warning};
 
 /// The result of a search for a state that satisfies constraints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -44,23 +45,60 @@ pub(super) fn end_of(problem: &MotionProblem, pose: &mut Pose, start: [&DVector<
     let values = values_at_end(problem);
     let is_of_end = |k: usize| system.is_of_state(k, last, true);
     let all = asked(problem, |&(k, to)| to != Interval::FREE && is_of_end(k) || values.iter().any(|of| of.0 == k));
-    let (end, reach) = pose.end(start, times[last], &all);
+    let End { z: end, reach, .. } = pose.nearest(start, times[last], &all);
     if reach == Reach::Found {
         return (end, reach);
     }
-    let end = if values.len() < all.len() { pose.end(start, times[last], &values).0 } else { end };
+    let end = if values.len() < all.len() { pose.nearest(start, times[last], &values).z } else { end };
     if has_free(problem, |of| matches!(of, Quantity::Design(_))) {
         return (end, Reach::Found);
     }
-    let changes_time = |of: &Quantity| matches!(of, Quantity::Duration | Quantity::StepLength(_));
-    let is_fixed = inputs.events.is_empty() && (system.timed().is_none() || !has_free(problem, changes_time));
-    let is_certain = is_fixed && all.iter().all(|(k, _)| is_of_end(*k));
+    let is_certain = are_fixed(problem) && all.iter().all(|(k, _)| is_of_end(*k));
     (end, if is_certain { reach } else { reach.min(Reach::Unknown) })
+}
+
+/// True if no free quantity changes which states satisfy the constraints on states.
+fn are_fixed(problem: &MotionProblem) -> bool {
+    let changes = |of: &Quantity| matches!(of, Quantity::Duration | Quantity::StepLength(_));
+    let is_timed = problem.solver.system().timed().is_some() && has_free(problem, changes);
+    let has_designs = has_free(problem, |of| matches!(of, Quantity::Design(_)));
+    problem.inputs_at(&problem.start()).events.is_empty() && !is_timed && !has_designs
+}
+
+/// A warning for the start, if it is fixed and violates constraints, or for the first other node at which no state near that of a line satisfies the
+/// constraints on states, as far as the free quantities do not change this.
+pub(super) fn contradiction(problem: &MotionProblem, line: Option<&Line>) -> Option<Warning> {
+    let (intervals, inputs) = (problem.constraints(), problem.inputs_at(&problem.start()));
+    let times = inputs.grid.times();
+    let named = |output: usize, value: f64| {
+        let (name, interval) = (problem.constraint_name(output), intervals[output]);
+        Violation { name, value, interval }.to_string()
+    };
+    let outside = at_fixed_start(problem).into_iter().filter(AtStart::is_outside);
+    let violations: Vec<String> = outside.map(|of| named(of.output, of.value)).collect();
+    if !violations.is_empty() {
+        return Some(Warning::NoState { node: 0, time: times[0], violations });
+    }
+    let line = line.filter(|_| are_fixed(problem))?;
+    let system = problem.solver.system();
+    (1..times.len()).find_map(|node| {
+        let is_last = node + 1 == times.len();
+        let here = asked(problem, |&(k, to)| to != Interval::FREE && system.is_of_state(k, node, is_last));
+        if here.is_empty() {
+            return None;
+        }
+        let mut pose = Pose::new((system, problem.solver.settings()), &inputs, &line.coordinates, node).ok()?;
+        let [q, v] = [&line.q, &line.v].map(|of| of.column(node).into_owned());
+        let End { left, reach, .. } = pose.nearest([&q, &v], times[node], &here);
+        let violated = here.iter().zip(&left).filter(|(_, by)| by.abs() >= FOUND);
+        let named = violated.map(|((k, of), by)| named(*k, by + if *by > 0.0 { of.most } else { of.least }));
+        (reach == Reach::Impossible).then(|| Warning::NoState { node, time: times[node], violations: named.collect() })
+    })
 }
 
 /// True if the start is fixed and violates constraints at the first node.
 pub(super) fn is_outside_at_start(problem: &MotionProblem) -> bool {
-    at_fixed_start(problem).into_iter().any(|of| of.excess > ROUNDING * of.value.abs().max(1.0))
+    at_fixed_start(problem).iter().any(AtStart::is_outside)
 }
 
 /// An output that a fixed start determines.
@@ -69,6 +107,13 @@ struct AtStart {
     value: f64,
     /// The distance from its interval.
     excess: f64,
+}
+
+impl AtStart {
+    /// True if the excess is no rounding error.
+    fn is_outside(&self) -> bool {
+        self.excess > ROUNDING * self.value.abs().max(1.0)
+    }
 }
 
 fn at_fixed_start(problem: &MotionProblem) -> Vec<AtStart> {

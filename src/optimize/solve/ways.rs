@@ -8,10 +8,10 @@ use super::super::{MotionProblem, Options, Outcome, Reason, Watcher, interior_po
 use super::attempt::{Haste, Known, in_segments, near_optimum};
 use super::division::counts;
 use super::guess::{Guess, Line};
-use super::reach::Reach;
+use super::reach::{Reach, contradiction};
 use super::saturated::saturated;
 use super::solved::{Attempt, Solved};
-use crate::Error;
+use crate::{Error, Warning};
 
 /// Number of ways that are tried from starts after the first one.
 const FEW: usize = 2;
@@ -92,18 +92,27 @@ fn by_ways(
     }
     let mut best: Option<Outcome> = None;
     while let Some(way) = ways.pop_front() {
+        let is_first = attempts.is_empty();
         let found = match (way, line) {
             (Way::Segments(count), Some(line)) => in_segments(problem, (line, count, haste), options, watch)?,
             _ => Some(as_one_motion(problem, (&start, reach), options, watch)?),
         };
-        let Some(outcome) = found else { continue };
+        let Some(mut outcome) = found else { continue };
+        let is_end = is_final(&outcome, options);
+        if is_first
+            && !is_end
+            && let Some(warning) = contradiction(problem, line)
+        {
+            outcome.warnings.insert(0, warning);
+            outcome.reason = Reason::Infeasible;
+        }
         let attempt = Attempt::of(way.to_string(), &outcome, options);
         let is_unstable = attempt.is_unstable;
         attempts.push(attempt);
         let is_one = way == Way::OneMotion;
         let is_infeasible = is_one && outcome.reason == Reason::Infeasible;
         let is_enough = !is_one && haste == Haste::Brief && attempts.len() == FEW;
-        if is_final(&outcome, options) || is_infeasible && reach != Reach::Found || is_enough {
+        if is_end || is_hopeless(&outcome) || is_infeasible && reach != Reach::Found || is_enough {
             return Ok(Solved { outcome, attempts });
         }
         // One motion does not lead to where motions are too unstable.
@@ -168,7 +177,12 @@ fn as_one_motion(
 
 /// True if no other way is tried after an outcome.
 fn is_final(outcome: &Outcome, options: &Options) -> bool {
-    is_solved(outcome, options) || outcome.is_interrupted()
+    is_solved(outcome, options) || outcome.is_interrupted() || outcome.reason == Reason::Unbounded
+}
+
+/// True for problems without a minimum, whatever the start is.
+pub(super) fn is_hopeless(outcome: &Outcome) -> bool {
+    outcome.reason == Reason::Unbounded || outcome.warnings.iter().any(|of| matches!(of, Warning::NoState { .. }))
 }
 
 /// The outcome with the smaller violation or, if both are feasible, with the lower value.

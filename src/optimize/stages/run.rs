@@ -7,6 +7,7 @@ use super::method::Method;
 use super::newton::Newton;
 use super::search::{Trial, search, trial};
 use crate::Error;
+use crate::number::largest;
 
 /// The first μ, and how it decreases: to the smaller of `LESS` μ and μ^`POWER` once errors are below `SOLVED` μ, to `LAST_MU` of the tolerance.
 pub(super) const FIRST_MU: f64 = 0.1;
@@ -42,6 +43,9 @@ const CLOSE: f64 = 0.1;
 const STUCK_FOR: usize = 40;
 const STUCK: f64 = 0.9;
 
+/// Constraints hold up to rounding if they are violated by less than this fraction of the largest variable.
+const ROUNDING: f64 = 1e-13;
+
 /// The last μ.
 pub(super) fn least_mu(options: &Options) -> f64 {
     options.stationarity * LAST_MU
@@ -59,11 +63,23 @@ pub(super) struct Run<'o, 'w> {
     /// Numbers of iterations in sequence without an acceptable step, and with short steps.
     failed: usize,
     short: usize,
+    /// The largest variable of the first iterate, or 1 if it is smaller.
+    first_size: Option<f64>,
 }
 
 impl<'o, 'w> Run<'o, 'w> {
     pub(super) fn new(options: &'o Options, watch: &'o mut Watcher<'w>) -> Self {
-        Run { options, watch, history: Vec::new(), failures: 0, first_failure: None, halved: 0, failed: 0, short: 0 }
+        Run {
+            options,
+            watch,
+            history: Vec::new(),
+            failures: 0,
+            first_failure: None,
+            halved: 0,
+            failed: 0,
+            short: 0,
+            first_size: None,
+        }
     }
 
     pub(super) fn fail(&mut self, error: Error) {
@@ -181,12 +197,24 @@ impl<'o, 'w> Run<'o, 'w> {
         if (self.watch)(&at, &method.problem.x(&method.v(&method.y))).is_break() {
             return Some(Reason::Interrupted);
         }
+        if self.falls_without_end(method) {
+            return Some(Reason::Unbounded);
+        }
         let Options { target, stationarity, violation, iterations, .. } = *self.options;
         match errors.violation <= violation {
             true if target.is_some_and(|target| at.value <= target) => Some(Reason::Target),
             true if errors.stationarity <= stationarity => Some(Reason::Stationary),
             _ => (self.history.len() > iterations).then_some(Reason::Iterations),
         }
+    }
+
+    /// True if the value falls at points at which the magnitude of the first one is below the rounding error, and the constraints hold up to it.
+    fn falls_without_end(&mut self, method: &Method<'_>) -> bool {
+        let size = largest(&method.y);
+        let first = *self.first_size.get_or_insert(size.max(1.0));
+        let Some([before, last]) = self.history.last_chunk() else { return false };
+        let holds = last.violation <= self.options.violation.max(ROUNDING * size);
+        f64::EPSILON * size > first && holds && last.value < before.value.min(self.history[0].value)
     }
 
     /// Reduces μ as far as errors allow; true if it changed.
