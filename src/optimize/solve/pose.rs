@@ -24,10 +24,10 @@ const LESS: f64 = 0.3;
 const MORE: f64 = 4.0;
 /// Largest change of an angle in an iteration, rad.
 const TURN: f64 = 0.5;
-/// The gradient of half the sum of squares of residuals is zero below this fraction of the sum, or below this fraction of the largest gradient of residuals
-/// of this size, from which on its effect on the sum is rounding error.
+/// The gradient of half the sum of squares of residuals is zero below this fraction of the sum, or if its terms cancel up to this fraction, from which on
+/// steps change the sum only by rounding error.
 const LEAST: f64 = 1e-6;
-const ROUNDING: f64 = 3e-7;
+const CANCEL: f64 = 3e-7;
 /// Residuals of a state that was found, and the number of random poses from which it is sought.
 pub(super) const FOUND: f64 = 1e-6;
 const POSES: usize = 30;
@@ -186,8 +186,11 @@ impl Pose {
         let is_inside = |i: &usize| at.r[*i] == 0.0 && !asked[*i].1.is_equality();
         (0..asked.len()).filter(is_inside).for_each(|i| jacobian.fill_row(i, 0.0));
         // Along the change of each variable by 1 m, 1 rad or their rates.
-        let (size, slope) = (at.r.norm(), jacobian.tr_mul(&at.r).amax());
-        at.is_least = slope <= size * (LEAST * size).max(ROUNDING * jacobian.norm());
+        let least = LEAST * at.r.norm_squared();
+        at.is_least = jacobian.column_iter().all(|column| {
+            let terms = column.component_mul(&at.r);
+            terms.sum().abs() <= least.max(CANCEL * terms.lp_norm(1))
+        });
         Some(jacobian)
     }
 
