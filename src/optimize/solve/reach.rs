@@ -66,7 +66,7 @@ fn are_fixed(problem: &MotionProblem) -> bool {
 }
 
 /// A warning for the start, if it is fixed and violates constraints, or for the first other node at which no state near that of a line satisfies the
-/// constraints on states, as far as the free quantities do not change this.
+/// constraints on states, as far as the free quantities do not change this; `None` also if the search for a state is inconclusive.
 pub(super) fn contradiction(problem: &MotionProblem, line: Option<&Line>) -> Option<Warning> {
     let (intervals, inputs) = (problem.constraints(), problem.inputs_at(&problem.start()));
     let times = inputs.grid.times();
@@ -80,20 +80,22 @@ pub(super) fn contradiction(problem: &MotionProblem, line: Option<&Line>) -> Opt
         return Some(Warning::NoState { node: 0, time: times[0], violations });
     }
     let line = line.filter(|_| are_fixed(problem))?;
-    let system = problem.solver.system();
-    (1..times.len()).find_map(|node| {
+    let (system, settings) = (problem.solver.system(), problem.solver.settings());
+    let not_found = |node: usize| {
         let is_last = node + 1 == times.len();
         let here = asked(problem, |&(k, to)| to != Interval::FREE && system.is_of_state(k, node, is_last));
         if here.is_empty() {
             return None;
         }
-        let mut pose = Pose::new((system, problem.solver.settings()), &inputs, &line.coordinates, node).ok()?;
+        let mut pose = Pose::new((system, settings), &inputs, &line.coordinates, node).ok()?;
         let [q, v] = [&line.q, &line.v].map(|of| of.column(node).into_owned());
-        let End { left, reach, .. } = pose.nearest([&q, &v], times[node], &here);
-        let violated = here.iter().zip(&left).filter(|(_, by)| by.abs() >= FOUND);
-        let named = violated.map(|((k, of), by)| named(*k, by + if *by > 0.0 { of.most } else { of.least }));
-        (reach == Reach::Impossible).then(|| Warning::NoState { node, time: times[node], violations: named.collect() })
-    })
+        let end = pose.nearest([&q, &v], times[node], &here);
+        (end.reach != Reach::Found).then_some((node, here, end))
+    };
+    let (node, here, End { left, reach, .. }) = (1..times.len()).find_map(not_found)?;
+    let violated = here.iter().zip(&left).filter(|(_, by)| by.abs() >= FOUND);
+    let named = violated.map(|((k, of), by)| named(*k, by + if *by > 0.0 { of.most } else { of.least }));
+    (reach == Reach::Impossible).then(|| Warning::NoState { node, time: times[node], violations: named.collect() })
 }
 
 /// True if the start is fixed and violates constraints at the first node.

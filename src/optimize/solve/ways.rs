@@ -92,7 +92,7 @@ fn by_ways(
     }
     let mut best: Option<Outcome> = None;
     while let Some(way) = ways.pop_front() {
-        let is_first = attempts.is_empty();
+        let is_first = haste == Haste::Patient && attempts.is_empty();
         let found = match (way, line) {
             (Way::Segments(count), Some(line)) => in_segments(problem, (line, count, haste), options, watch)?,
             _ => Some(as_one_motion(problem, (&start, reach), options, watch)?),
