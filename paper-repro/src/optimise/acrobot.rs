@@ -35,5 +35,5 @@ pub fn pose() -> Result<Posed, MotionError> {
     let system = scene.compile()?;
     let inputs = Inputs::at_rest(&system, Grid::uniform(STEPS, DURATION / STEPS as f64));
     let free = vec![Free::control(control).within(-TORQUE, TORQUE)];
-    Ok(Posed { system, settings: Settings::default(), inputs, control, free, constraints })
+    Ok(Posed { system, settings: Settings::default(), inputs, control, free, constraints, lines: &[] })
 }

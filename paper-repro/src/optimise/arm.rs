@@ -93,5 +93,5 @@ fn pose(of: &Arm<'_>, steps: usize, is_limited: bool) -> Result<Posed, MotionErr
     let system = scene.compile()?;
     let inputs = Inputs::at_rest(&system, Grid::uniform(steps, of.duration / steps as f64));
     let (control, free) = (controls[0], controls.into_iter().map(Free::control).collect());
-    Ok(Posed { system, settings: Settings::default(), inputs, control, free, constraints })
+    Ok(Posed { system, settings: Settings::default(), inputs, control, free, constraints, lines: &[] })
 }

@@ -100,10 +100,12 @@ pub fn motions(runs: &[Run], folder: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-fn page(Posed { system, settings, .. }: &Posed, inputs: &Inputs, title: &str) -> Result<String, Error> {
+fn page(Posed { system, settings, lines, .. }: &Posed, inputs: &Inputs, title: &str) -> Result<String, Error> {
     let mut solver = Solver::new(system, *settings);
     let motion = solver.simulate(inputs)?.clone();
-    Ok(Animation::new(system, solver.inputs(), &motion)?.title(title).html())
+    let drawn = Animation::new(system, solver.inputs(), &motion)?.title(title);
+    let drawn = lines.iter().try_fold(drawn, |drawn, (name, points)| drawn.line(name, |q, _t| points(q)))?;
+    Ok(drawn.html())
 }
 
 /// Residuals of the readings in standard deviations; they must show no trend.

@@ -62,7 +62,7 @@ pub fn periodic() -> Result<Posed, MotionError> {
     let constraints = vec![(end.position, Interval::equal(TAU)), (again, Interval::ZERO)];
     let rate = Free::new(Quantity::Rate(crank.coordinates[2])).scaled(0.02);
     let free = vec![Free::control(torque), rate];
-    Ok(Posed { system, settings: SolverSettings::default(), inputs, control: torque, free, constraints })
+    Ok(Posed { system, settings: SolverSettings::default(), inputs, control: torque, free, constraints, lines: &[] })
 }
 
 /// The records: their number, the readings per record, the nodes between readings, and the noise in rad.

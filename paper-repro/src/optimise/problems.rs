@@ -86,7 +86,12 @@ pub struct Posed {
     pub free: Vec<Free>,
     /// Intervals of the outputs.
     pub constraints: Vec<(Output, Interval)>,
+    /// What to draw of coordinates without bodies: names, and points (x, y), m, for q.
+    pub lines: &'static [Line],
 }
+
+/// A line through points that move with the coordinates.
+pub type Line = (&'static str, fn(&[f64]) -> Vec<[f64; 2]>);
 
 /// A problem of the paper's cart.
 pub fn cart(name: Name) -> Result<Posed, MotionError> {
@@ -115,5 +120,5 @@ pub fn cart(name: Name) -> Result<Posed, MotionError> {
     let system = cart.scene.compile()?;
     let mut inputs = Inputs::at_rest(&system, Grid::uniform(100, name.duration() / 100.0));
     inputs.controls.fill(10.0);
-    Ok(Posed { system, settings: Settings::default(), inputs, control, free, constraints })
+    Ok(Posed { system, settings: Settings::default(), inputs, control, free, constraints, lines: &[] })
 }

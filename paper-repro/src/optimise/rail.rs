@@ -53,6 +53,17 @@ impl Cost<1> for Place {
     }
 }
 
+/// The outline of the cart, m.
+fn cart(q: &[f64]) -> Vec<[f64; 2]> {
+    [[-0.1, -0.05], [0.1, -0.05], [0.1, 0.05], [-0.1, 0.05], [-0.1, -0.05]].map(|[x, y]| [q[0] + x, y]).to_vec()
+}
+
+/// From the pivot to the centre of mass.
+fn pendulum(q: &[f64]) -> Vec<[f64; 2]> {
+    let (sin, cos) = q[1].sin_cos();
+    vec![[q[0], 0.0], [q[0] + cos * CENTRE[0] - sin * CENTRE[1], sin * CENTRE[0] + cos * CENTRE[1]]]
+}
+
 pub fn pose() -> Result<Posed, MotionError> {
     let mut scene = Scene::new();
     let q = scene.coordinates("pendulum", ["x", "angle"]);
@@ -70,5 +81,13 @@ pub fn pose() -> Result<Posed, MotionError> {
     let inputs = Inputs::at_rest(&system, Grid::uniform(STEPS, DURATION / STEPS as f64));
     let free = vec![Free::control(force).within(-100.0, 100.0).scaled(50.0), Free::duration().within(0.05, 5.0)];
     let settings = Settings { scheme: Scheme::ESDIRK4, ..Settings::default() };
-    Ok(Posed { system, settings, inputs, control: force, free, constraints })
+    Ok(Posed {
+        system,
+        settings,
+        inputs,
+        control: force,
+        free,
+        constraints,
+        lines: &[("cart", cart), ("pendulum", pendulum)],
+    })
 }
