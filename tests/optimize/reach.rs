@@ -146,6 +146,20 @@ fn targets_out_of_reach_in_any_direction_are_told_soon() {
 }
 
 #[test]
+fn a_target_that_moves_out_of_reach_is_told_from_an_optimum() {
+    let (mut problem, _) = arm([0.8, 0.45], 1e3);
+    let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits").outcome;
+    assert_eq!(found.reason, Reason::Stationary, "{found}");
+    let system = problem.solver.system().clone();
+    let right = (0..system.outputs()).find(|k| system.output_name(*k) == "tip, right").expect("an output");
+    problem.constrain(system.output(right), Interval::equal(1.2));
+    let next = solve(&mut problem, Guess::from(&found), &Options::default(), &mut silent).expect("fits");
+    println!("{next}");
+    assert!(next.outcome.reason == Reason::Infeasible && next.attempts.len() == 2, "{next}");
+    assert!(next.to_string().contains("no state at node 40"), "{next}");
+}
+
+#[test]
 fn of_failed_attempts_the_best_one_is_returned() {
     // Motors too weak to lift the arm.
     let (mut problem, _) = arm([0.2, 0.9], 1.0);

@@ -41,8 +41,8 @@ const ALIKE: f64 = 1e-4;
 /// [`interior_point`](super::interior_point()) starts from the inputs of the problem as one motion. It does so at once if segments led to a motion too
 /// unstable to be computed as one. If no state at the end has the values that are asked
 /// for, one motion is tried first, and [`Reason::Infeasible`](super::Reason::Infeasible) ends the search. Constraints on states at the first or the last
-/// node that contradict each other or a fixed start end it after at most 100 iterations, and those at another node after the first way.
-/// [`Warning::NoState`](crate::Warning::NoState) names them. If nothing leads to a minimum, the outcome is that with the smallest violation.
+/// node that contradict each other or a fixed start end it after at most 100 iterations and as many of a feasibility phase, and those at another node
+/// after the first way. [`Warning::NoState`](crate::Warning::NoState) names them. If nothing leads to a minimum, the outcome is that with the smallest violation.
 ///
 /// A value that decreases without bound ends the search, too ([`Reason::Unbounded`](super::Reason::Unbounded)).
 ///

@@ -90,9 +90,9 @@ fn by_ways(
         // Segments would fail, too, but would not say that the target is out of reach.
         _ => ways.push_front(Way::OneMotion),
     }
-    let mut best: Option<Outcome> = None;
+    let (before, mut best) = (attempts.len(), None);
     while let Some(way) = ways.pop_front() {
-        let is_first = haste == Haste::Patient && attempts.is_empty();
+        let is_first = haste == Haste::Patient && attempts.len() == before;
         let found = match (way, line) {
             (Way::Segments(count), Some(line)) => in_segments(problem, (line, count, haste), options, watch)?,
             _ => Some(as_one_motion(problem, (&start, reach), options, watch)?),
