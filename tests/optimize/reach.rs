@@ -81,6 +81,12 @@ fn limited(tip: [f64; 2], most: f64) -> (MotionProblem, [Output; 2], Vec<Output>
     (problem, ends.map(|end| end.position), path)
 }
 
+fn named(problem: &MotionProblem, name: &str) -> Output {
+    let system = problem.solver.system();
+    let found = (0..system.outputs()).find(|k| system.output_name(*k) == name);
+    system.output(found.expect("an output"))
+}
+
 #[test]
 fn the_guess_turns_links_no_further_than_needed() {
     for tip in [[0.8, 0.45], [0.9, 0.4], [-0.3, 0.5], [0.0, -0.9], [0.2, 0.4]] {
@@ -150,9 +156,8 @@ fn a_target_that_moves_out_of_reach_is_told_from_an_optimum() {
     let (mut problem, _) = arm([0.8, 0.45], 1e3);
     let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits").outcome;
     assert_eq!(found.reason, Reason::Stationary, "{found}");
-    let system = problem.solver.system().clone();
-    let right = (0..system.outputs()).find(|k| system.output_name(*k) == "tip, right").expect("an output");
-    problem.constrain(system.output(right), Interval::equal(1.2));
+    let right = named(&problem, "tip, right");
+    problem.constrain(right, Interval::equal(1.2));
     let next = solve(&mut problem, Guess::from(&found), &Options::default(), &mut silent).expect("fits");
     println!("{next}");
     assert!(next.outcome.reason == Reason::Infeasible && next.attempts.len() == 2, "{next}");
@@ -211,10 +216,8 @@ fn limits_at_nodes_that_contradict_the_ends_are_told_without_segments() {
 fn limits_at_one_node_that_contradict_each_other_are_named() {
     for (bent, is_told) in [(1.4, true), (0.7, false)] {
         let (mut problem, _, path) = limited([0.6, 0.3], 1e3);
-        let system = problem.solver.system().clone();
-        let is_middle = |name: &str| name.ends_with("at the middle");
-        let middle = (0..system.outputs()).filter(|k| is_middle(system.output_name(*k))).map(|k| system.output(k));
-        middle.for_each(|angle| problem.constrain(angle, Interval::new(-1.5, -0.5)));
+        let middle = ["upper at the middle", "lower at the middle"].map(|name| named(&problem, name));
+        problem.constrain_all(&middle, Interval::new(-1.5, -0.5));
         problem.constrain_all(&path, Interval::FREE);
         problem.constrain(path[20], Interval::at_least(bent));
         let found = solve(&mut problem, Guess::Straight.starts(3), &Options::default(), &mut silent).expect("fits");
@@ -264,9 +267,9 @@ fn limits_that_the_start_touches_do_no_harm() {
 fn given_states_are_tried_although_no_end_was_found() {
     let (mut problem, _) = arm([0.6, 0.3], 1e3);
     let system = problem.solver.system().clone();
-    // It depends on the path, too, so that a state at the end does not tell whether it is possible.
-    let along = (0..system.outputs()).find(|k| system.output_name(*k) == "tip and path").expect("an output");
-    problem.constrain(system.output(along), Interval::equal(2.0));
+    // No state at the end tells whether an output that depends on the path, too, can have a value.
+    let along = named(&problem, "tip and path");
+    problem.constrain(along, Interval::equal(2.0));
     let guess = Guess::States {
         q: nalgebra::DMatrix::from_fn(system.n(), 41, |i, _| system.initial_coordinates()[i]),
         v: nalgebra::DMatrix::zeros(system.n(), 41),

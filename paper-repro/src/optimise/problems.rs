@@ -86,11 +86,11 @@ pub struct Posed {
     pub free: Vec<Free>,
     /// Intervals of the outputs.
     pub constraints: Vec<(Output, Interval)>,
-    /// What to draw of coordinates without bodies: names, and points (x, y), m, for q.
+    /// The lines that animations draw for coordinates of no body.
     pub lines: &'static [Line],
 }
 
-/// A line through points that move with the coordinates.
+/// The name of a line, and its points (x, y), m, as a function of the coordinates q.
 pub type Line = (&'static str, fn(&[f64]) -> Vec<[f64; 2]>);
 
 /// A problem of the paper's cart.

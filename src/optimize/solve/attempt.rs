@@ -8,6 +8,7 @@ use super::corrected::corrected;
 use super::division::most_segments;
 use super::guess::{Guess, Line};
 use crate::Error;
+use crate::number::largest;
 
 /// The search for a feasible motion ends after this many iterations, or with these errors.
 const FEASIBLE: usize = 40;
@@ -210,7 +211,7 @@ fn joined(
 /// Options with a smaller tolerance of violations, because unstable motions amplify what is left, but above the rounding error of states of the size of x,
 /// and with at most so many iterations.
 fn exact(x: &[f64], options: &Options, most: usize) -> Options {
-    let violation = (EXACT * options.violation).max(LEAST * x.iter().fold(1.0, |most, x| x.abs().max(most)));
+    let violation = (EXACT * options.violation).max(LEAST * largest(x).max(1.0));
     Options { iterations: options.iterations.min(most), violation, ..*options }
 }
 
