@@ -38,6 +38,7 @@ const UNWANTED: f64 = 1e-3;
 pub(crate) struct Retraction {
     system: System,
     independent: Vec<usize>,
+    dependent: Vec<usize>,
     /// Constraint equations with independent gradients.
     equations: Vec<usize>,
     /// φ̂ of all equations, m or rad.
@@ -129,6 +130,7 @@ impl Retraction {
         let mut retraction = Retraction {
             system: system.clone(),
             independent: independent.to_vec(),
+            dependent: (0..n).filter(|i| !independent.contains(i)).collect(),
             equations: Vec::new(),
             drift: vec![0.0; m],
             at,
@@ -142,9 +144,8 @@ impl Retraction {
         };
         let phi_q = retraction.phi_q();
         let open: Vec<usize> = inputs.open.iter().map(Multiplier::index).collect();
-        let dependent: Vec<usize> = (0..n).filter(|i| !independent.contains(i)).collect();
-        let closed: Vec<usize> = (0..m).filter(|j| !open.contains(j)).collect();
-        let found = pivots(phi_q.select_rows(&closed).select_columns(&dependent));
+        let (dependent, closed) = (&retraction.dependent, (0..m).filter(|j| !open.contains(j)).collect::<Vec<usize>>());
+        let found = pivots(phi_q.select_rows(&closed).select_columns(dependent));
         let is_singular = found.len() < dependent.len();
         let rank = if is_singular { dependent.len() } else { pivots(phi_q.select_rows(&closed)).len() };
         if rank > dependent.len() || closed.len() < dependent.len() {
@@ -202,13 +203,20 @@ impl Retraction {
         phi_q
     }
 
-    /// Computes G⁻¹ at the current coordinates.
+    /// Computes G⁻¹ at the current coordinates: with D and I, the columns of Φ_q of dependent and independent coordinates, the dependent ones change
+    /// by D⁻¹ (φ − I ζ).
     fn invert(&mut self) -> Result<(), Error> {
-        let (n, d, phi_q) = (self.system.n(), self.freedoms(), self.phi_q());
-        let mut g = DMatrix::zeros(n, n);
-        self.independent.iter().enumerate().for_each(|(row, &i)| g[(row, i)] = 1.0);
-        self.equations.iter().enumerate().for_each(|(row, &j)| g.set_row(d + row, &phi_q.row(j)));
-        self.at.inverse = g.try_inverse().filter(|of| of.iter().all(|x| x.is_finite())).ok_or_else(|| self.held())?;
+        let (n, d, phi_q) = (self.system.n(), self.freedoms(), self.phi_q().select_rows(&self.equations));
+        let inverse = phi_q.select_columns(&self.dependent).try_inverse();
+        let inverse = inverse.filter(|of| of.iter().all(|x| x.is_finite())).ok_or_else(|| self.held())?;
+        let of_zeta = -(&inverse * phi_q.select_columns(&self.independent));
+        let mut all = DMatrix::zeros(n, n);
+        self.independent.iter().enumerate().for_each(|(column, &i)| all[(i, column)] = 1.0);
+        for (row, &i) in self.dependent.iter().enumerate() {
+            all.view_mut((i, 0), (1, d)).copy_from(&of_zeta.row(row));
+            all.view_mut((i, d), (1, n - d)).copy_from(&inverse.row(row));
+        }
+        self.at.inverse = all;
         Ok(())
     }
 
@@ -271,7 +279,10 @@ impl Retraction {
             let correction = self.solve(&none, &phi);
             let (size, of) = (largest(&self.at.q).max(1.0), correction.amax());
             self.at.q.iter_mut().zip(correction.iter()).for_each(|(q, by)| *q -= by);
-            if of <= ROUNDING * size || of >= 0.5 * last && of <= STALLED * size {
+            if of <= ROUNDING * size {
+                return Ok(());
+            }
+            if of >= 0.5 * last && of <= STALLED * size {
                 return self.invert();
             }
             last = of;
