@@ -22,9 +22,9 @@ impl SecondOrderPrograms {
     /// The quantities on which a cost depends have changed.
     pub(crate) fn prepare(&mut self, system: &System, evaluation: &Evaluation, at: &NodeView<f64>) -> Result<(), Error> {
         system.fix_costs(at, 2, &mut self.costs)?;
-        let (fingerprint, elements) = (evaluation.fingerprint(), &evaluation.formulas(system).elements);
+        let (fingerprint, formulas) = (evaluation.fingerprint(), evaluation.formulas(system));
         if fingerprint.is_none() || self.fingerprint != fingerprint {
-            self.equations = SecondOrderEquations::new(system, elements);
+            self.equations = formulas.second_order();
             (self.fingerprint, self.design) = (fingerprint, vec![f64::NAN]);
         }
         if self.design == at.design {
@@ -32,7 +32,7 @@ impl SecondOrderPrograms {
         }
         self.design.clear();
         self.design.extend_from_slice(at.design);
-        self.equations.fix(elements, at.design);
+        self.equations.fix(&formulas.elements, at.design);
         Ok(())
     }
 

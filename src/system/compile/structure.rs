@@ -17,7 +17,7 @@ impl Formulas {
     pub(in crate::system) fn new(elements: Vec<Element>, layout: Layout, symbolic: &Symbolic) -> Self {
         // Row and column of a varying entry are varying unknowns, so neither is condensed.
         let assembly = Assembly::new(&elements, layout, &|row, col| symbolic.slot(row, col).unwrap_or_default());
-        Formulas { elements, assembly }
+        Formulas::of(elements, assembly)
     }
 
     /// Computes the constant derivatives for the design variables of an initial state, and runs all preludes.

@@ -58,6 +58,7 @@ fn lanes(layout: &Layout, (shape, to): (Shape, &[&Connections]), kernel: Arc<Ker
 }
 
 /// A program for the elements or costs of one formula; each result is added to a destination of type `T`.
+#[derive(Clone, Debug)]
 pub(in crate::system) struct ElementPrograms<T> {
     numbers: Vec<usize>,
     lanes: Lanes,

@@ -1,7 +1,10 @@
 //! [`Assembly`]: the elements that are evaluated at every point, grouped by formula, and the destinations of their results.
 
+use std::sync::OnceLock;
+
 use super::products::{Products, Wanted};
 use super::scatter::Scatter;
+use super::second_order::SecondOrderEquations;
 use crate::number::larger;
 use crate::program::{Lanes, Places};
 use crate::system::formula::{
@@ -205,9 +208,20 @@ impl Assembly {
 pub struct Formulas {
     pub elements: Vec<Element>,
     pub assembly: Assembly,
+    /// Compiled when it is first needed.
+    second_order: OnceLock<SecondOrderEquations>,
 }
 
 impl Formulas {
+    pub(in crate::system) fn of(elements: Vec<Element>, assembly: Assembly) -> Self {
+        Formulas { elements, assembly, second_order: OnceLock::new() }
+    }
+
+    /// The second-order equations, for any design variables.
+    pub(crate) fn second_order(&self) -> SecondOrderEquations {
+        self.second_order.get_or_init(|| SecondOrderEquations::new(self.assembly.layout, &self.elements)).clone()
+    }
+
     /// Adds 𝓛_v, 𝓛_q + Q and dΦ/dt of all elements except constant and sinusoidal ones; also writes the blocks of elements that num-dual evaluates.
     pub(crate) fn first(
         &self,
@@ -216,7 +230,7 @@ impl Formulas {
         workspace: &mut Workspace,
         (sums, blocks): (&mut Sums<f64>, &mut [f64]),
     ) {
-        let Formulas { elements, assembly } = self;
+        let Formulas { elements, assembly, .. } = self;
         let Workspace { point, state, .. } = workspace;
         assembly.layout.load(at, point);
         for (group, registers) in assembly.groups.iter().zip(state) {
@@ -239,7 +253,7 @@ impl Formulas {
         workspace: &mut Workspace,
         rows: &mut InputRows,
     ) {
-        let Formulas { elements, assembly } = self;
+        let Formulas { elements, assembly, .. } = self;
         if !assembly.input_groups.is_empty() {
             assembly.layout.load(at, &mut workspace.input_point);
             assembly.layout.load_covector(with, &mut workspace.input_point);
@@ -265,7 +279,7 @@ impl Formulas {
         workspace: &mut Workspace,
         show: &mut dyn FnMut(Within),
     ) {
-        let Formulas { elements, assembly } = self;
+        let Formulas { elements, assembly, .. } = self;
         let Workspace { along, ends: values, input_point: point, .. } = workspace;
         assembly.layout.load_covector(with, point);
         assembly.layout.load_direction(change, point);

@@ -7,7 +7,7 @@ use crate::system::formula::{
 };
 
 /// The second-order equations of all elements of a scene.
-#[derive(Default)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct SecondOrderEquations {
     layout: Layout,
     /// Changes along the inputs, which are added to the sums.
@@ -20,8 +20,7 @@ pub(crate) struct SecondOrderEquations {
 }
 
 impl SecondOrderEquations {
-    pub(crate) fn new(system: &System, elements: &[Element]) -> Self {
-        let layout = system.layout();
+    pub(super) fn new(layout: Layout, elements: &[Element]) -> Self {
         let point = vec![0.0; layout.len()];
         let mut all = SecondOrderEquations { layout, point, ..SecondOrderEquations::default() };
         for alike in &Alike::all(elements) {
