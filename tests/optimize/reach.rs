@@ -5,6 +5,7 @@ use hamiltonian_adjoint::optimize::{
     silent, solve,
 };
 use hamiltonian_adjoint::planar::Body;
+use hamiltonian_adjoint::spatial::{self, Inertia, Quantity};
 use hamiltonian_adjoint::{Cost, CostPoint, Error, Grid, Inputs, Output, Scalar, Scene, Settings, Sum, Warning};
 use nalgebra::SVector;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -229,6 +230,98 @@ fn limits_at_one_node_that_contradict_each_other_are_named() {
         assert!(is_told && *node == 20 && violations.len() == 3, "{found}");
         assert!(found.outcome.reason == Reason::Infeasible && found.attempts.len() == 1, "{found}");
         assert!(found.to_string().contains("no state at node 20 (t = 0.5 s)"), "{found}");
+    }
+}
+
+/// A crank of 0.2 m, a coupler of 0.6 m and a rocker of 0.5 m, whose pivots are 0.7 m apart, with a motor at the crank; the angle of the rocker after
+/// 1 s, at rest, and at the node in the middle.
+fn crank_and_rocker(angle: f64) -> (MotionProblem, Output) {
+    // The crank points to the pivot of the rocker, which lies at distances of 0.5 m from there and of 0.6 m from the rocker's other end.
+    let (crank, coupler, rocker, base) = (0.2f64, 0.6f64, 0.5f64, 0.7f64);
+    let apart = base - crank;
+    let along = (coupler * coupler + apart * apart - rocker * rocker) / (2.0 * apart);
+    let height = (coupler * coupler - along * along).sqrt();
+    let ends = [[0.0, 0.0], [crank, 0.0], [crank + along, height], [base, 0.0]];
+    let mut scene = Scene::new();
+    scene.gravity(0.0, -9.81);
+    let rods = [("crank", [0, 1]), ("coupler", [1, 2]), ("rocker", [3, 2])];
+    let [a, b, c] = rods.map(|(name, [from, to])| {
+        let ([x, y], [dx, dy]) = (ends[from], [0, 1].map(|i| ends[to][i] - ends[from][i]));
+        let half = 0.5 * dx.hypot(dy);
+        (scene.body(name, 1.0, 0.03, [x + 0.5 * dx, y + 0.5 * dy, dy.atan2(dx)]), half)
+    });
+    scene.revolute("A", Body::GROUND.at(0.0, 0.0), a.0.at(-a.1, 0.0));
+    scene.revolute("B", a.0.at(a.1, 0.0), b.0.at(-b.1, 0.0));
+    scene.revolute("C", b.0.at(b.1, 0.0), c.0.at(c.1, 0.0));
+    scene.revolute("D", Body::GROUND.at(base, 0.0), c.0.at(-c.1, 0.0));
+    let torque = scene.control("torque");
+    scene.torque_actuator("motor", Body::GROUND, a.0, torque);
+    scene.effort("effort", torque, 1.0);
+    let end = scene.end_state(c.0.coordinates[2]);
+    let middle = scene.reading("rocker at the middle", c.0.coordinates[2], 20, 0.0, 1.0);
+    let system = scene.compile().expect("a system");
+    let inputs = Inputs::at_rest(&system, Grid::uniform(40, 0.025));
+    let variables = Variables::new(&system, &inputs, vec![Free::control(torque)]).expect("free");
+    let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+    problem.constrain(end.position, Interval::equal(angle));
+    problem.constrain(end.rate, Interval::ZERO);
+    problem.constrain(middle, Interval::FREE);
+    (problem, middle)
+}
+
+/// Where crank and coupler are in line, the rocker turns back: at 1.714 and at 2.547 rad.
+#[test]
+fn angles_that_a_closed_loop_does_not_reach_are_told() {
+    let cases = [
+        (0.5, None, Some((40, "is 1.71"))),
+        (3.0, None, Some((40, "is 2.55"))),
+        (2.1, Some(3.0), Some((20, "is 2.55"))),
+        (2.1, Some(0.5), Some((20, "is 1.71"))),
+        (2.1, Some(2.0), None),
+    ];
+    for (angle, at_middle, told) in cases {
+        let (mut problem, middle) = crank_and_rocker(angle);
+        if let Some(at) = at_middle {
+            problem.constrain(middle, Interval::equal(at));
+        }
+        let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits");
+        println!("{angle} {at_middle:?} {found}");
+        let Some((at, told)) = told else {
+            assert_eq!(found.outcome.reason, Reason::Stationary, "{found}");
+            continue;
+        };
+        let Some(Warning::NoState { node, violations, .. }) = found.outcome.warnings.first() else { panic!("{found}") };
+        assert!(*node == at && violations.len() == 1 && violations[0].contains(told), "{violations:?}");
+        assert!(found.outcome.reason == Reason::Infeasible && found.attempts.len() == 1, "{found}");
+    }
+}
+
+/// Near the vertical, the tip of a rod hardly rises at first.
+#[test]
+fn a_rod_in_space_turns_no_further_than_needed() {
+    for place in [0.0, 0.003, 0.01, 0.1] {
+        let mut scene = Scene::new();
+        let torque = scene.control("torque");
+        let mut space = scene.spatial();
+        space.gravity([0.0, 0.0, -9.81]);
+        let rod = space.body("rod", Inertia::principal(0.8, [0.02, 0.02, 0.001]).centred_at([0.0, 0.0, -0.25]));
+        let y = [0.0, 1.0, 0.0];
+        let hinge = space.revolute("hinge", spatial::Body::GROUND.at([0.0, 0.0, 1.0]).along(y), rod.origin().along(y));
+        let [_, _, height] = space.outputs("tip", Quantity::Position, rod.at([0.0, 0.0, -0.5]), Sum::Terminal);
+        scene.motor("motor", hinge.angle, torque);
+        scene.effort("effort", torque, 1.0);
+        scene.place(hinge.angle, place);
+        let end = scene.end_state(hinge.angle);
+        let system = scene.compile().expect("a system");
+        let inputs = Inputs::at_rest(&system, Grid::uniform(60, 0.02));
+        let variables = Variables::new(&system, &inputs, vec![Free::control(torque)]).expect("free");
+        let mut problem = MotionProblem::new(&system, Settings::default(), inputs, variables).expect("a problem");
+        (0..system.outputs()).for_each(|k| problem.constrain(system.output(k), Interval::FREE));
+        problem.constrain(height, Interval::equal(1.2));
+        let found = solve(&mut problem, Guess::Straight, &Options::default(), &mut silent).expect("fits").outcome;
+        let angle = found.constraints[end.position.index()];
+        println!("{place}: {angle} {found}");
+        assert!(found.reason.is_converged() && angle.abs() < PI && found.value < 1.0, "{place}: {angle} {found}");
     }
 }
 

@@ -7,6 +7,7 @@ use super::super::problem::Interval;
 use super::super::segment::{Part, Segment};
 use super::super::variables::Variables;
 use super::reach::Reach;
+use crate::assembly::Retraction;
 use crate::number::Random;
 use crate::redundancy::decomposition;
 use crate::solver::Asked;
@@ -18,12 +19,16 @@ const HALVINGS: i32 = 10;
 const CLOSE: f64 = 1e-10;
 /// Singular values below this fraction of the largest one are zero.
 const RANK: f64 = 1e-8;
-/// The first damping relative to the largest diagonal entry of JᵀJ, and its changes after steps that succeed and that fail.
+/// The first damping relative to the largest diagonal entry of JᵀJ, its changes after steps that succeed and that fail, and the largest number of steps
+/// that are tried: near a least sum that is not zero, JᵀJ may be much smaller than the second derivatives.
 const DAMPING: f64 = 1.0;
+const DAMPINGS: usize = 30;
 const LESS: f64 = 0.3;
 const MORE: f64 = 4.0;
-/// Largest change of an angle in an iteration, rad.
+/// Largest change of a coordinate in the first iteration, m or rad, and after an iteration whose change of the residuals differs from the linear one by more
+/// than a fraction of it; after others, it is twice the last change.
 const TURN: f64 = 0.5;
+const LINEAR: f64 = 0.25;
 /// The gradient of half the sum of squares of residuals is zero below this fraction of the sum, or if its terms cancel up to this fraction, from which on
 /// steps change the sum only by rounding error.
 const LEAST: f64 = 1e-6;
@@ -31,10 +36,14 @@ const CANCEL: f64 = 3e-7;
 /// Residuals of a state that was found, and the number of random poses from which it is sought.
 pub(super) const FOUND: f64 = 1e-6;
 const POSES: usize = 30;
+/// At least so many of them must be poses that can be assembled, or the search is inconclusive.
+const ASSEMBLED: usize = 10;
 
 /// A state with the outputs that it determines: a node of the motion, other than the first, as a segment without steps.
 pub(super) struct Pose {
     segment: Segment,
+    inputs: Inputs,
+    node: usize,
     /// For each independent coordinate, true if it is an angle.
     angles: Vec<bool>,
 }
@@ -51,7 +60,17 @@ impl Pose {
         let (nothing, part) = (Variables::new(system, &own, Vec::new())?, Part { nodes: node..node, knots: Vec::new() });
         let segment = Segment::new((system, settings), (&own, &nothing), states, part, &mut 0)?;
         let is_angle = |of: &Coordinate| system.sines().coordinates().any(|i| i == of.index());
-        Ok(Pose { segment, angles: states.iter().map(is_angle).collect() })
+        Ok(Pose { segment, inputs: own, node, angles: states.iter().map(is_angle).collect() })
+    }
+
+    /// The same node with independent coordinates that are chosen at q.
+    fn with_coordinates_at(&self, q: &DVector<f64>) -> Option<Self> {
+        let solver = &self.segment.motion.solver;
+        let (system, settings, mut inputs) = (solver.system(), solver.settings(), self.inputs.clone());
+        inputs.start.q_mut().copy_from(q);
+        let states: Vec<Coordinate> =
+            Retraction::choose(system, &[], &inputs).into_iter().map(|i| system.coordinate(i)).collect();
+        Pose::new((system, settings), &inputs, &states, self.node).ok()
     }
 
     pub(super) fn guess(&mut self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<f64> {
@@ -71,10 +90,29 @@ impl Pose {
         [self.segment.near().unwrap_or_else(|| guess.clone()), DVector::zeros(guess.len())]
     }
 
+    /// The state z near a given one in which outputs lie in given intervals, or where the sum of squares of the distances from them is least; and whether
+    /// they do. Where the independent coordinates are singular, as at the extreme positions of a closed loop, others are chosen.
+    pub(super) fn nearest(&mut self, start: [&DVector<f64>; 2], time: f64, asked: &[(usize, Interval)]) -> End {
+        let end = self.nearest_here(start, time, asked);
+        if end.reach != Reach::Unknown {
+            return end;
+        }
+        self.nearest_elsewhere(start, time, asked).unwrap_or(end)
+    }
+
+    /// As [`nearest`](Self::nearest), at rest, with independent coordinates that are chosen at the given state; `None` if the search is inconclusive, too.
+    fn nearest_elsewhere(&mut self, [q0, _]: [&DVector<f64>; 2], time: f64, asked: &[(usize, Interval)]) -> Option<End> {
+        let mut other = self.with_coordinates_at(q0)?;
+        // Near singular coordinates, the rates of others would be large.
+        let found = other.nearest_here([q0, &DVector::zeros(q0.len())], time, asked);
+        let [q, v] = other.at(&found.z, time).ok()?;
+        (found.reach != Reach::Unknown).then(|| End { z: self.guess(&q, &v), ..found })
+    }
+
     /// The state z near z₀ in which outputs lie in given intervals, or the last one that Newton's method found; and whether they do. If the
     /// method fails from z₀, as where derivatives vanish by symmetry, it starts from random poses, and the state nearest to z₀ is taken. If there is
     /// none, the state where the sum of squares of the distances is least.
-    pub(super) fn nearest(&mut self, [q0, v0]: [&DVector<f64>; 2], time: f64, asked: &[(usize, Interval)]) -> End {
+    fn nearest_here(&mut self, [q0, v0]: [&DVector<f64>; 2], time: f64, asked: &[(usize, Interval)]) -> End {
         let z0 = self.guess(q0, v0);
         let from_start = self.newton(&z0, time, asked);
         if from_start.reach == Reach::Found {
@@ -95,10 +133,12 @@ impl Pose {
             self.newton(&z, time, asked)
         });
         let distance = |end: &End| positions().map(|i| (end.z[i] - z0[i]).powi(2)).sum::<f64>();
-        let (found, others): (Vec<End>, Vec<End>) = tried.partition(|end| end.reach == Reach::Found);
+        let assembled = tried.filter(|end| end.left.amax().is_finite());
+        let (found, others): (Vec<End>, Vec<End>) = assembled.partition(|end| end.reach == Reach::Found);
+        let is_unknown = |end: &End| end.reach == Reach::Unknown;
         match found.into_iter().min_by(|a, b| distance(a).total_cmp(&distance(b))) {
             Some(found) => found,
-            None if others.iter().chain([&from_start]).any(|end| end.reach == Reach::Unknown) => {
+            None if others.len() < ASSEMBLED || others.iter().chain([&from_start]).any(is_unknown) => {
                 End { reach: Reach::Unknown, ..from_start }
             }
             None => {
@@ -109,20 +149,20 @@ impl Pose {
     }
 
     /// z near another one in which outputs lie in given intervals, or where the sum of squares of the distances from them is least, if Newton's
-    /// method finds it. Angles change by at most [`TURN`] in an iteration, so that the method does not wind them up.
+    /// method finds it. Coordinates change a little in an iteration unless the residuals are linear, so that the method does not wind angles up.
     fn newton(&mut self, from: &[f64], time: f64, asked: &[(usize, Interval)]) -> End {
         let z = DVector::from_column_slice(from);
         let Some(r) = self.residuals(&z, time, asked) else {
             return End { z: from.to_vec(), left: DVector::from_element(asked.len(), f64::INFINITY), reach: Reach::Unknown };
         };
-        let mut at = At { z, r, is_least: false };
+        let mut at = At { z, r, is_least: false, most: TURN };
         for _ in 0..ITERATIONS {
             let Some(jacobian) = self.derivatives(&mut at, asked) else { break };
             // There is none without a free coordinate.
-            let Some(svd) = decomposition(jacobian) else { break };
+            let Some(svd) = decomposition(jacobian.clone()) else { break };
             let Ok(step) = svd.solve(&at.r, RANK * svd.singular_values.max()) else { break };
-            let longest = self.longest(&step);
-            let tried = (0..HALVINGS).find_map(|k| self.reduced(&at, &(longest * 0.5f64.powi(k) * &step), time, asked));
+            let step = at.shortened(step);
+            let tried = (0..HALVINGS).find_map(|k| self.reduced(&at, (&jacobian, &(0.5f64.powi(k) * &step)), time, asked));
             let Some(next) = tried else { break };
             at = next;
         }
@@ -139,7 +179,7 @@ impl Pose {
 
     /// Reduces the sum of squares by damped steps (Levenberg and Marquardt), which lead to the least one where it is not zero.
     fn descend(&mut self, at: &mut At, time: f64, asked: &[(usize, Interval)]) {
-        let mut damping = DAMPING;
+        let mut first = None;
         if self.residuals(&at.z, time, asked).is_none() {
             return;
         }
@@ -149,23 +189,17 @@ impl Pose {
                 return;
             }
             let (squares, slopes) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&at.r));
-            let size = squares.diagonal().amax();
-            let tried = (0..HALVINGS).find_map(|_| {
-                let damped = DMatrix::from_diagonal_element(squares.nrows(), squares.ncols(), damping * size) + &squares;
-                let step = damped.cholesky()?.solve(&slopes);
-                let next = self.reduced(at, &(self.longest(&step) * step), time, asked);
-                damping *= if next.is_some() { LESS } else { MORE };
+            let damping = first.get_or_insert_with(|| DAMPING * squares.diagonal().amax());
+            let tried = (0..DAMPINGS).find_map(|_| {
+                let damped = DMatrix::from_diagonal_element(squares.nrows(), squares.ncols(), *damping) + &squares;
+                let step = at.shortened(damped.cholesky()?.solve(&slopes));
+                let next = self.reduced(at, (&jacobian, &step), time, asked);
+                *damping *= if next.is_some() { LESS } else { MORE };
                 next
             });
             let Some(next) = tried else { return };
             *at = next;
         }
-    }
-
-    /// The largest fraction of a step that turns no angle by more than [`TURN`].
-    fn longest(&self, step: &DVector<f64>) -> f64 {
-        let turns = step.iter().step_by(2).zip(&self.angles).filter(|(_, is_angle)| **is_angle);
-        TURN / turns.fold(TURN, |most, (turn, _)| most.max(turn.abs()))
     }
 
     /// The distances of outputs from their intervals; `None` without a state.
@@ -195,18 +229,41 @@ impl Pose {
     }
 
     /// The point after a step back, if its distances are smaller.
-    fn reduced(&mut self, at: &At, step: &DVector<f64>, time: f64, asked: &[(usize, Interval)]) -> Option<At> {
+    fn reduced(
+        &mut self,
+        at: &At,
+        (jacobian, step): (&DMatrix<f64>, &DVector<f64>),
+        time: f64,
+        asked: &[(usize, Interval)],
+    ) -> Option<At> {
         let z = &at.z - step;
         let r = self.residuals(&z, time, asked)?;
-        (r.norm() < at.r.norm()).then_some(At { z, r, is_least: false })
+        let linear = jacobian * step;
+        let is_linear = (&at.r - &r - &linear).norm() <= LINEAR * linear.norm();
+        let most = if is_linear { TURN.max(2.0 * change_of_coordinates(step)) } else { TURN };
+        (r.norm() < at.r.norm()).then_some(At { z, r, is_least: false, most })
     }
 }
 
-/// A state z with the distances r of outputs from their intervals; true if the sum of squares of r is stationary there.
+/// A state z with the distances r of outputs from their intervals; true if the sum of squares of r is stationary there; the largest change of a coordinate
+/// in the next iteration.
 struct At {
     z: DVector<f64>,
     r: DVector<f64>,
     is_least: bool,
+    most: f64,
+}
+
+impl At {
+    /// A step no longer than the largest change of a coordinate.
+    fn shortened(&self, step: DVector<f64>) -> DVector<f64> {
+        self.most / change_of_coordinates(&step).max(self.most) * step
+    }
+}
+
+/// The largest change of a coordinate in a change of z.
+fn change_of_coordinates(step: &DVector<f64>) -> f64 {
+    step.iter().step_by(2).fold(0.0, |most, change| most.max(change.abs()))
 }
 
 /// A state, and the distances of outputs from their intervals there.
