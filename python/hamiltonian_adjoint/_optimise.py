@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from . import _hamiltonian_adjoint as _core
 from ._errors import Error, InputError, OptimiseError, warn
 from ._expression import Symbol
-from ._free import Free, free, interval, stated
+from ._free import Free, free, interval, mapping, stated
 from ._guess import Guess, checked_guess, of_segments
 from ._handles import Coordinate, Output
 from ._names import suggestion
@@ -88,7 +88,7 @@ class _Stated:
         if len(self._motions) > 1:
             raise OptimiseError("`solve` is for a single motion: solve each `Problem` by itself, or call `minimise` for `Trials`")
         starts, accuracy = search
-        if (count := operator.index(starts)) < 1:
+        if (count := _whole("starts", starts)) < 1:
             raise InputError(f"`starts` is {count}; at least one start is expected")
         states, options = checked_guess(self._motions[0].inputs, guess), _options(options)
         with with_bar(callback, progress) as watched:
@@ -222,7 +222,8 @@ class Problem(_Stated):
         _refuse(misplaced)
         self.system, self.inputs, self.settings = system, _checked(inputs, system).copy(), _settings(settings)
         self._free = [of._core for of in stated(free, bounds)]
-        wanted = {_output(system, of): to for of, to in (constraints or {}).items()}
+        given = mapping(constraints, "`constraints`", "{output: 0.5}")
+        wanted = {_output(system, of): to for of, to in given.items()}
         self._constraints = [(name, *interval(to, f"constraint `{name}`")) for name, to in wanted.items()]
         self._motions = [self]
 
@@ -269,7 +270,8 @@ class MultipleShooting(_Stated):
     ) -> None:
         self._motions = [Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings, **misplaced)]
         names = [system._named("coordinate", system.coordinates, of) for of in states]
-        guesses = [of_segments(inputs, of, values) for of, values in (guess or {}).items()]
+        given = mapping(guess, "`guess`", "{angle: values}")
+        guesses = [of_segments(inputs, of, values) for of, values in given.items()]
         self._shooting = (int(segments), names, guesses, [_output(system, of) for of in costs])
 
 
@@ -359,7 +361,14 @@ def _options(options: dict[str, Any]) -> dict[str, Any]:
             problem = f"`{name}` is a setting of the solver: write settings={{'{name}': …}}" if name in SETTINGS else f"there is no option `{name}`"
             problem = f"`{name}` is an argument of `{_ARGUMENTS[name]}`" if name in _ARGUMENTS else problem
             raise TypeError(f"{problem}; {_KNOWN}")
-    return options
+    return {**options, **{name: _whole(name, options[name]) for name in ("iterations", "memory") if options.get(name) is not None}}
+
+
+def _whole(what: str, number: Any) -> int:
+    try:
+        return operator.index(number)
+    except TypeError:
+        raise TypeError(f"`{what}` must be a whole number, not {number!r}") from None
 
 
 def _settings(settings: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -255,6 +255,8 @@ class Scene(Parts):
 
         With these outputs, limits along the motion are constraints of an optimum: `constraints=dict.fromkeys(outputs, (least, most))`.
         """
+        if not isinstance(nodes, Iterable):
+            raise TypeError(f"`nodes` must be a list of nodes, such as range(51), not {nodes!r}")
         given = {of: list(entries) for of, entries in lists.items()}
         return [self.output(f"{name} at node {at}", formula, sum=node(at), **given) for at in nodes]
 

@@ -100,7 +100,9 @@ class System(_core.System):
 
     def _named(self, kind: str, names: list[str], of: Any) -> str:
         """The name of an output, an event or a coordinate, which is given by it or by its handle."""
-        name: str = of if isinstance(of, str) else of.name
+        name: Any = of if isinstance(of, str) else getattr(of, "name", None)
+        if not isinstance(name, str):
+            raise TypeError(f"{of!r} is no {kind} and no name of one")
         if not isinstance(of, str):
             self._check_scene(of)
         if name not in names:

@@ -289,7 +289,7 @@ def test_processes_by_fork():
         ({"guess": (np.zeros((6, 41)), np.zeros(41))}, ha.InputError, r"`v` of the guess has the shape \(41,\); \(6, 41\)"),
         ({"guess": (np.zeros((6, 41)), np.full((6, 41), np.nan))}, ha.InputError, "velocities of a guess"),
         ({"starts": 0}, ha.InputError, "`starts` is 0; at least one"),
-        ({"starts": 1.5}, TypeError, "float"),
+        ({"starts": 1.5}, TypeError, "`starts` must be a whole number, not 1.5"),
         ({"iteration": 3}, TypeError, "there is no option `iteration`; options"),
         ({"scheme": "ESDIRK4"}, TypeError, r"a setting of the solver: write settings=\{'scheme': …\}"),
         ({"method": "L-BFGS"}, TypeError, "`method` is an argument of `minimise`; options"),
