@@ -248,7 +248,7 @@ impl Accelerations {
         let with = Covector { c: &adjoint.v, d: &zeros.v, e: &adjoint.sigma };
         let evaluation = &state.linearisation.evaluation;
         evaluation.pull_back_along(&evaluation.blocks, &fixed, &with, first);
-        equations_along.pull_back(system, (&here, &fixed), &with, first);
+        equations_along.pull_back(system.batches(), (&here, &fixed), &with, first);
         let less = |(right, (row, less)): (&mut f64, (&f64, &f64))| *right = row - less;
         state.right.v.iter_mut().zip(rows.v_dot.iter().zip(&first.v)).for_each(less);
         state.right.sigma.iter_mut().zip(rows.lambda.iter().zip(&first.sigma)).for_each(less);

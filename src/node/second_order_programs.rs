@@ -45,7 +45,7 @@ impl SecondOrderPrograms {
         sums: &mut Sums<f64>,
     ) {
         evaluation.push_forward(system, blocks, along, sums);
-        self.equations.add_changes(system, (at, along), sums);
+        self.equations.add_changes(system.batches(), (at, along), sums);
     }
 
     /// Computes the derivatives of the change of c·𝓛_v + d·(𝓛_q + Q) + e·dΦ/dt along a direction.
@@ -71,6 +71,6 @@ impl SecondOrderPrograms {
         rows: &mut CostRows,
     ) {
         evaluation.pull_back_along(blocks, along, with, rows);
-        self.equations.pull_back(system, (at, along), with, rows);
+        self.equations.pull_back(system.batches(), (at, along), with, rows);
     }
 }

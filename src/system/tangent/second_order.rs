@@ -1,9 +1,8 @@
 //! Third derivatives of 𝓛 and second derivatives of Q along a direction, element by element, for second-order sweeps.
 
-use crate::System;
 use crate::system::cost::CostRows;
 use crate::system::formula::{
-    Alike, Argument, Covector, Element, ElementPrograms, Layout, NodeView, SecondOrderKernels, Sums,
+    Alike, Argument, Batches, Covector, Element, ElementPrograms, Layout, NodeView, SecondOrderKernels, Sums,
 };
 
 /// The second-order equations of all elements of a scene.
@@ -46,7 +45,7 @@ impl SecondOrderEquations {
     /// Adds the changes of 𝓛_v, 𝓛_q + Q and dΦ/dt along the inputs u, t and b, except along the controls of constant elements.
     pub(crate) fn add_changes(
         &mut self,
-        system: &System,
+        batches: &Batches,
         (at, along): (&NodeView<f64>, &NodeView<f64>),
         sums: &mut Sums<f64>,
     ) {
@@ -58,13 +57,13 @@ impl SecondOrderEquations {
         for programs in changes {
             programs.run(point, |&place, value| sums.all[place] += value);
         }
-        dual.iter().for_each(|&place| system.item(place).add_changes(at, along, sums));
+        dual.iter().for_each(|&place| batches.item(place).add_changes(at, along, sums));
     }
 
     /// Adds the derivatives of D ψ, except those of sinusoidal elements with respect to the state.
     pub(crate) fn pull_back(
         &mut self,
-        system: &System,
+        batches: &Batches,
         (at, along): (&NodeView<f64>, &NodeView<f64>),
         with: &Covector,
         rows: &mut CostRows,
@@ -78,6 +77,6 @@ impl SecondOrderEquations {
         for programs in all {
             programs.run(point, |(argument, factor), value| rows.add(*argument, factor * value));
         }
-        dual.iter().for_each(|&place| system.item(place).pull_back_along((at, along), with, rows));
+        dual.iter().for_each(|&place| batches.item(place).pull_back_along((at, along), with, rows));
     }
 }
