@@ -89,7 +89,7 @@ def pair(within: Any, of: str) -> tuple[float, float]:
 def mapping(given: Any, what: str, example: str) -> Mapping[Any, Any]:
     """What was given as a dictionary; nothing for None."""
     if given is not None and not isinstance(given, Mapping):
-        raise TypeError(f"{what} must be a dictionary, such as {example}, not {given!r}")
+        raise TypeError(f"`{what}` must be a dictionary, such as {example}, not {given!r}")
     return given or {}
 
 
@@ -105,7 +105,7 @@ def stated(free: Iterable[Symbol | Free | str], bounds: Mapping[Symbol | str, An
     if isinstance(free, (Symbol, Free, str)):
         raise TypeError("`free` must be a list, such as [force]")
     quantities = [_free(of) for of in free]
-    for key, within in mapping(bounds, "`bounds`", "{force: (-5, 5)}").items():
+    for key, within in mapping(bounds, "bounds", "{force: (-5, 5)}").items():
         wanted = _free(key)
         places = [i for i, of in enumerate(quantities) if of.name == wanted.name and _subject(of) == _subject(wanted)]
         if not places:

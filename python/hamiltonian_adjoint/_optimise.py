@@ -222,7 +222,7 @@ class Problem(_Stated):
         _refuse(misplaced)
         self.system, self.inputs, self.settings = system, _checked(inputs, system).copy(), _settings(settings)
         self._free = [of._core for of in stated(free, bounds)]
-        given = mapping(constraints, "`constraints`", "{output: 0.5}")
+        given = mapping(constraints, "constraints", "{output: 0.5}")
         wanted = {_output(system, of): to for of, to in given.items()}
         self._constraints = [(name, *interval(to, f"constraint `{name}`")) for name, to in wanted.items()]
         self._motions = [self]
@@ -270,7 +270,7 @@ class MultipleShooting(_Stated):
     ) -> None:
         self._motions = [Problem(system, inputs, free, bounds=bounds, constraints=constraints, settings=settings, **misplaced)]
         names = [system._named("coordinate", system.coordinates, of) for of in states]
-        given = mapping(guess, "`guess`", "{angle: values}")
+        given = mapping(guess, "guess", "{angle: values}")
         guesses = [of_segments(inputs, of, values) for of, values in given.items()]
         self._shooting = (int(segments), names, guesses, [_output(system, of) for of in costs])
 

@@ -24,7 +24,7 @@ use crate::node::{ALONG, Linearisation, PhiAlong, SecondOrderPrograms};
 use crate::number::{Real, largest};
 use crate::redundancy::pivots;
 use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows, Sums};
-use crate::{Error, Inputs, Multiplier, System};
+use crate::{Coordinate, Error, Inputs, Multiplier, System};
 
 const MOST_CORRECTIONS: usize = 30;
 /// Corrections below this fraction of the largest coordinate are rounding.
@@ -96,7 +96,7 @@ impl Columns {
 
 impl Retraction {
     /// Independent coordinates at the start of inputs that satisfies the constraints, if possible the preferred ones.
-    pub(crate) fn choose(system: &System, preferred: &[usize], inputs: &Inputs) -> Vec<usize> {
+    pub(crate) fn choose(system: &System, preferred: &[usize], inputs: &Inputs) -> Vec<Coordinate> {
         let (q, v, sigma) = (inputs.start.q().as_slice(), vec![0.0; system.n()], vec![0.0; system.m()]);
         let parameters = system.parameters().values(inputs.design.as_slice());
         let at = NodeView::of_equations([q, &v, &sigma], (inputs.controls_at(0), inputs.grid.start, &parameters));
@@ -106,7 +106,7 @@ impl Retraction {
         let entries = system.phi_q(&at).into_iter().filter(|entry| is_closed(entry.row));
         entries.for_each(|entry| phi_q[(entry.row, entry.col)] += entry.value * weight(&entry.col));
         let dependent: Vec<usize> = pivots(phi_q).into_iter().map(|[_, column]| column).collect();
-        (0..system.n()).filter(|i| !dependent.contains(i)).collect()
+        (0..system.n()).filter(|i| !dependent.contains(i)).map(|i| system.coordinate(i)).collect()
     }
 
     /// The retraction for a selection of independent coordinates, near the coordinates of inputs that satisfy the constraints.

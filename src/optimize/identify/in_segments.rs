@@ -11,7 +11,7 @@ use super::super::{Fit, Options, Outcome, Watcher, levenberg_marquardt};
 use super::states::fit_states;
 use super::weighted::Weighted;
 use crate::assembly::Retraction;
-use crate::{Coordinate, Error, Sum, System};
+use crate::{Error, Sum, System};
 
 /// The weights of the distances, relative to those with which they count as much as their effects on the residuals in a segment.
 const MULTIPLES: [f64; 6] = [0.1, 1.0, 10.0, 1e2, 1e3, 1e4];
@@ -92,8 +92,7 @@ fn divided(motion: &MotionProblem, x: &[f64], readings: usize) -> Option<Multipl
     let [q, _] = start_of(system, settings, &inputs)?;
     let mut at = inputs.clone();
     at.start.q_mut().copy_from(&q);
-    let states: Vec<Coordinate> =
-        Retraction::choose(system, &preferred, &at).into_iter().map(|i| system.coordinate(i)).collect();
+    let states = Retraction::choose(system, &preferred, &at);
     MultipleShooting::of(motion, x, (&states, count)).ok()
 }
 

@@ -8,7 +8,7 @@ use super::pose::Pose;
 use super::reach::{Reach, end_of, is_outside_at_start, start_of, values_at_end};
 use super::starts;
 use crate::assembly::Retraction;
-use crate::motion::check_size;
+use crate::motion::{check_size, indices};
 use crate::{Coordinate, Error};
 
 /// A guess of the states of a motion.
@@ -145,7 +145,7 @@ impl Line {
     /// The states of the last evaluated motion of a problem.
     pub(super) fn of_motion(problem: &MotionProblem) -> Self {
         let (system, inputs) = (problem.solver.system(), problem.inputs_at(&problem.start()));
-        let coordinates = Retraction::choose(system, &[], &inputs).into_iter().map(|i| system.coordinate(i)).collect();
+        let coordinates = Retraction::choose(system, &[], &inputs);
         let motion = problem.solver.trajectory();
         Line { coordinates, q: motion.q.clone(), v: motion.v.clone(), reach: Reach::Found }
     }
@@ -160,8 +160,8 @@ impl Line {
             values_at_end(problem).iter().flat_map(|(output, _)| system.coordinates_of(1 + output)).collect();
         let mut at = inputs.clone();
         at.start.q_mut().copy_from(&q0);
-        let chosen = Retraction::choose(system, &preferred, &at);
-        let coordinates: Vec<Coordinate> = chosen.iter().map(|&i| system.coordinate(i)).collect();
+        let coordinates = Retraction::choose(system, &preferred, &at);
+        let chosen = indices(&coordinates);
         let mut pose = Pose::new((system, settings), &at, &coordinates, nodes - 1).ok()?;
         let times = inputs.grid.times();
         let z0 = pose.guess(&q0, &v0);

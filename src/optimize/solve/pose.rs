@@ -27,7 +27,7 @@ const LESS: f64 = 0.3;
 const MORE: f64 = 4.0;
 /// Largest change of a coordinate in the first iteration, m or rad, and after an iteration whose change of the residuals differs from the linear one by more
 /// than a fraction of it; after others, it is twice the last change.
-const TURN: f64 = 0.5;
+const SHORT: f64 = 0.5;
 const LINEAR: f64 = 0.25;
 /// The gradient of half the sum of squares of residuals is zero below this fraction of the sum, or if its terms cancel up to this fraction, from which on
 /// steps change the sum only by rounding error.
@@ -43,6 +43,8 @@ const ASSEMBLED: usize = 10;
 pub(super) struct Pose {
     segment: Segment,
     inputs: Inputs,
+    /// The independent coordinates.
+    states: Vec<Coordinate>,
     node: usize,
     /// For each independent coordinate, true if it is an angle.
     angles: Vec<bool>,
@@ -60,17 +62,16 @@ impl Pose {
         let (nothing, part) = (Variables::new(system, &own, Vec::new())?, Part { nodes: node..node, knots: Vec::new() });
         let segment = Segment::new((system, settings), (&own, &nothing), states, part, &mut 0)?;
         let is_angle = |of: &Coordinate| system.sines().coordinates().any(|i| i == of.index());
-        Ok(Pose { segment, inputs: own, node, angles: states.iter().map(is_angle).collect() })
+        Ok(Pose { segment, inputs: own, states: states.to_vec(), node, angles: states.iter().map(is_angle).collect() })
     }
 
-    /// The same node with independent coordinates that are chosen at q.
+    /// A pose at this node with independent coordinates that are chosen at q; `None` if they are the same.
     fn with_coordinates_at(&self, q: &DVector<f64>) -> Option<Self> {
         let solver = &self.segment.motion.solver;
         let (system, settings, mut inputs) = (solver.system(), solver.settings(), self.inputs.clone());
         inputs.start.q_mut().copy_from(q);
-        let states: Vec<Coordinate> =
-            Retraction::choose(system, &[], &inputs).into_iter().map(|i| system.coordinate(i)).collect();
-        Pose::new((system, settings), &inputs, &states, self.node).ok()
+        let states = Retraction::choose(system, &[], &inputs);
+        (states != self.states).then(|| Pose::new((system, settings), &inputs, &states, self.node).ok()).flatten()
     }
 
     pub(super) fn guess(&mut self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<f64> {
@@ -155,7 +156,7 @@ impl Pose {
         let Some(r) = self.residuals(&z, time, asked) else {
             return End { z: from.to_vec(), left: DVector::from_element(asked.len(), f64::INFINITY), reach: Reach::Unknown };
         };
-        let mut at = At { z, r, is_least: false, most: TURN };
+        let mut at = At { z, r, is_least: false, most: SHORT };
         for _ in 0..ITERATIONS {
             let Some(jacobian) = self.derivatives(&mut at, asked) else { break };
             // There is none without a free coordinate.
@@ -240,7 +241,7 @@ impl Pose {
         let r = self.residuals(&z, time, asked)?;
         let linear = jacobian * step;
         let is_linear = (&at.r - &r - &linear).norm() <= LINEAR * linear.norm();
-        let most = if is_linear { TURN.max(2.0 * change_of_coordinates(step)) } else { TURN };
+        let most = if is_linear { SHORT.max(2.0 * change_of_coordinates(step)) } else { SHORT };
         (r.norm() < at.r.norm()).then_some(At { z, r, is_least: false, most })
     }
 }

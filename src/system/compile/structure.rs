@@ -3,6 +3,7 @@
 //! Unknowns are numbered v (n), then σ (m). An entry is either constant or computed by an element at every iteration.
 
 use std::ops::Range;
+use std::sync::OnceLock;
 
 use super::groups::{self, Groups};
 use super::postponed;
@@ -17,7 +18,7 @@ impl Formulas {
     pub(in crate::system) fn new(elements: Vec<Element>, layout: Layout, symbolic: &Symbolic) -> Self {
         // Row and column of a varying entry are varying unknowns, so neither is condensed.
         let assembly = Assembly::new(&elements, layout, &|row, col| symbolic.slot(row, col).unwrap_or_default());
-        Formulas::of(elements, assembly)
+        Formulas { elements, assembly, second_order: OnceLock::new() }
     }
 
     /// Computes the constant derivatives for the design variables of an initial state, and runs all preludes.

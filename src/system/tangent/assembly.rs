@@ -209,14 +209,10 @@ pub struct Formulas {
     pub elements: Vec<Element>,
     pub assembly: Assembly,
     /// Compiled when it is first needed.
-    second_order: OnceLock<SecondOrderEquations>,
+    pub(in crate::system) second_order: OnceLock<SecondOrderEquations>,
 }
 
 impl Formulas {
-    pub(in crate::system) fn of(elements: Vec<Element>, assembly: Assembly) -> Self {
-        Formulas { elements, assembly, second_order: OnceLock::new() }
-    }
-
     /// The second-order equations, for any design variables.
     pub(crate) fn second_order(&self) -> SecondOrderEquations {
         self.second_order.get_or_init(|| SecondOrderEquations::new(self.assembly.layout, &self.elements)).clone()
