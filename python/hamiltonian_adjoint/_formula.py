@@ -89,6 +89,8 @@ class WrittenFormula:
             except IndexError as error:
                 lengths = ", ".join(f"`{of}` has {len(names)}" for of, names in self._lists.items())
                 raise SceneError(f"the formula of {self._part}: {error}; of the lists that the formula is called with, {lengths}") from error
+        if isinstance(given, str):
+            raise TypeError(f"the formula of {self._part} is text, '{given}'; write it with handles, such as 0.5 * x.v**2 for a coordinate x")
         is_one = isinstance(given, Expression) or not isinstance(given, Iterable) or getattr(given, "ndim", 1) == 0
         try:
             return [operand(x) for x in ([given] if is_one else given)], is_one

@@ -21,7 +21,7 @@ from ._optimum import Iterate, Optimum, OptimumDerivative, lowest
 from ._progress import Bar, with_bar
 from ._solver import _checked
 from ._system import Array, Inputs, System
-from ._words import counted
+from ._words import counted, whole
 
 METHODS = ("interior point", "L-BFGS", "augmented Lagrangian", "Levenberg-Marquardt", "stages")
 SETTINGS = ("scheme", "tolerance", "max_iterations", "position_tolerance", "velocity_tolerance", "max_halvings", "drift_bound", "rebase_every")
@@ -88,7 +88,7 @@ class _Stated:
         if len(self._motions) > 1:
             raise OptimiseError("`solve` is for a single motion: solve each `Problem` by itself, or call `minimise` for `Trials`")
         starts, accuracy = search
-        if (count := _whole("starts", starts)) < 1:
+        if (count := whole("`starts`", starts)) < 1:
             raise InputError(f"`starts` is {count}; at least one start is expected")
         states, options = checked_guess(self._motions[0].inputs, guess), _options(options)
         with with_bar(callback, progress) as watched:
@@ -116,8 +116,10 @@ class _Stated:
         if isinstance(by, Symbol) or isinstance(by, str) and by == "duration":
             of = free(by)
             name = _VARIABLES.get(of.kind, "").format(of.name)
-            if name not in self.names:
-                raise InputError(f"{of.kind} `{of.name}` is not a single free variable of this problem; those are {', '.join(self.names)}")
+            known = [_VARIABLES[kind].format(own) for kind, own, *_ in self._motions[0]._free if kind in _VARIABLES]
+            if name not in known:
+                those = f"; those are {', '.join(known)}" if known else ""
+                raise InputError(f"{of.kind} `{of.name}` is not a single free variable of this problem{those}")
             return self.names.index(name)
         return _output(self._motions[0].system, by) if isinstance(by, (Output, str)) else operator.index(by)
 
@@ -361,14 +363,7 @@ def _options(options: dict[str, Any]) -> dict[str, Any]:
             problem = f"`{name}` is a setting of the solver: write settings={{'{name}': …}}" if name in SETTINGS else f"there is no option `{name}`"
             problem = f"`{name}` is an argument of `{_ARGUMENTS[name]}`" if name in _ARGUMENTS else problem
             raise TypeError(f"{problem}; {_KNOWN}")
-    return {**options, **{name: _whole(name, options[name]) for name in ("iterations", "memory") if options.get(name) is not None}}
-
-
-def _whole(what: str, number: Any) -> int:
-    try:
-        return operator.index(number)
-    except TypeError:
-        raise TypeError(f"`{what}` must be a whole number, not {number!r}") from None
+    return {**options, **{name: whole(f"`{name}`", options[name]) for name in ("iterations", "memory") if options.get(name) is not None}}
 
 
 def _settings(settings: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -20,8 +20,9 @@ _ATTEMPTS = 10
 # Outputs are off if they violate their limits by more.
 _OFF = 1e-9
 # By the reason why the method stopped.
+_LIMIT = "the iteration limit was reached"
 _WHAT_TO_DO = {
-    "the iteration limit was reached": "allow more `iterations`",
+    _LIMIT: "allow more `iterations`",
     "a constraint has no multiplier, because its gradient vanishes or depends on those of others": "state the limits in another form, for example φ = π/2 instead of (φ − π/2)² = 0",
     "stopped by a callback": "continue from x: `minimise(start=found.x)` of a `Problem`",
 }
@@ -153,8 +154,12 @@ class Optimum:
             yield f"… and {counted(len(off) - _OUTPUTS, 'other output')}"
         # Nothing helps if no state satisfies the constraints.
         if off and all(kind != "NoState" for kind, _ in self.warnings):
+            if not self.names:
+                yield "nothing is free: list in `free` what may change"
+                return
             what_to_do = _WHAT_TO_DO.get(self.reason, "try another start, a longer duration, or wider bounds")
-            more = "" if "unlikely to help" in self.message else "more `iterations`, "
+            is_limited = any(attempt.reason == _LIMIT for attempt in self.attempts) and "unlikely to help" not in self.message
+            more = "more `iterations`, " if is_limited else ""
             yield _AFTER_SOLVE.format(more=more) if self.attempts and "callback" not in self.reason else what_to_do
             if any(attempt.unstable for attempt in self.attempts):
                 yield _UNSTABLE

@@ -5,23 +5,24 @@ from __future__ import annotations
 from typing import Any
 
 from ._errors import SceneError
+from ._words import whole
 
 _SUMS = ("plain", "all nodes", "rectangle", "trapezoidal", "integral", "terminal")
 
 
 def node(i: int) -> dict[str, int]:
     """The sum of a cost that counts at a single node."""
-    return {"node": i}
+    return {"node": whole("a node", i)}
 
 
 def at_event(i: int) -> dict[str, int]:
     """The sum of a cost that counts at an event of the inputs, counted from 0."""
-    return {"event": i}
+    return {"event": whole("the number of an event", i)}
 
 
 def after_event(i: int) -> dict[str, int]:
     """The sum of a cost that counts just after an event of the inputs, counted from 0."""
-    return {"after event": i}
+    return {"after event": whole("the number of an event", i)}
 
 
 def checked_sum(sum: Any) -> Any:

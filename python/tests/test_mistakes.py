@@ -80,6 +80,8 @@ MISTAKES = [
     (lambda g: g.s.cost("J", [g.x, g.x], sum="terminal"), ha.SceneError, "must be a single formula"),
     (lambda g: g.s.cost("J", lambda at: at.q[0] > 1, q=[g.x], sum="plain"), TypeError, "cost `J`: cart.x > 1 is not part of a formula"),
     (lambda g: g.s.cost("J", lambda at: None, sum="plain"), TypeError, "None is not part of a formula"),
+    (lambda g: g.s.cost("J", "0.5*x", sum="plain"), TypeError, "cost `J` is text, '0.5*x'; write it with handles"),
+    (lambda g: g.s.cost("J", g.x**2, sum=ha.node(0.5)), TypeError, "a node must be a whole number, not 0.5"),
     (lambda g: g.s.output("J", g.x), TypeError, "the sum of its formula is missing"),
     (lambda g: g.s.revolute("hinge", g.rod, g.rod.at(1, 0)), TypeError, "`a` must be a point, such as rod.at(0.5, 0)"),
     (lambda g: g.s.joint_friction("f", g.rod.at(0, 0), ha.GROUND, damping=1), TypeError, "`a` must be a body or GROUND"),

@@ -112,6 +112,12 @@ def test_sensitivities(form):
         stated.sensitivities(found.x, [target])
 
 
+def test_nothing_is_free():
+    inputs, _, _, constraints = upright()
+    found = ha.solve(inputs.system, inputs, [], constraints=constraints)
+    assert not found.converged and "nothing is free: list in `free` what may change" in str(found)
+
+
 def test_an_accuracy():
     inputs, force, _, constraints = upright()
     rough, fine = (ha.solve(inputs.system, inputs, [force], constraints=constraints, accuracy=accuracy) for accuracy in (None, 1e-5))
@@ -158,7 +164,7 @@ def test_what_to_do_without_an_optimum():
     x, force, mass, position, speed, system, inputs = block(20)
     with pytest.warns(ha.MotionWarning, match="force is at its bounds in 21 of 21 variables"):
         found = ha.solve(system, inputs, [force], constraints={position: 1.0, speed: 0.0}, bounds={force: (-2.0, 2.0)})
-    assert not found.converged and "try several `starts`, another `guess`, more `iterations`, a longer duration, or wider bounds" in str(found)
+    assert not found.converged and "try several `starts`, another `guess`, a longer duration, or wider bounds" in str(found)
 
 
 def test_the_shortest_time():

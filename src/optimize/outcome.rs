@@ -118,7 +118,7 @@ pub enum Reason {
     Iterations,
     /// Stopped by a callback of the method or of a simulation ([`Error::Interrupted`]).
     Interrupted,
-    /// The start has no value or no derivatives, for example if its motion cannot be computed; [`Outcome::first_failure`] contains the
+    /// The value or a derivative at the start could not be computed, for example because its motion fails; [`Outcome::first_failure`] contains the
     /// error. Value and violation are infinite.
     NoStart,
     /// A derivative at the point could not be computed; `Outcome::first_failure` contains the error.
@@ -151,7 +151,7 @@ impl fmt::Display for Reason {
             Reason::NoWay => "the last problem of the homotopy was not reached",
             Reason::Iterations => "the iteration limit was reached",
             Reason::Interrupted => "stopped by a callback",
-            Reason::NoStart => "the start has no value or no derivatives",
+            Reason::NoStart => "the value or a derivative at the start could not be computed",
             Reason::NoDerivative => "a derivative could not be computed",
         })
     }
@@ -261,7 +261,8 @@ impl Outcome {
     pub(super) fn describe(&self, f: &mut fmt::Formatter, result: &str) -> fmt::Result {
         let Outcome { reason, iterations, evaluations, gradients, products, .. } = self;
         let counted = |number: &usize, noun| format!("{number} {noun}{}", if *number == 1 { "" } else { "s" });
-        let counts = [(evaluations, "value"), (gradients, "gradient"), (products, "product")].map(|(n, of)| counted(n, of));
+        let counts =
+            [(evaluations, "value"), (gradients, "gradient"), (products, "Hessian product")].map(|(n, of)| counted(n, of));
         write!(f, "{reason}, after {} ({}): {result}", counted(iterations, "iteration"), counts.join(", "))?;
         if let Some(named) = self.named_violations().filter(|_| !reason.is_converged()) {
             write!(f, "; {named}")?;
