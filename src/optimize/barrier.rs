@@ -255,7 +255,7 @@ impl Barrier {
 }
 
 /// Moves y away from its bounds by `by`; a fixed y is not moved.
-fn move_inside(y: &mut f64, of: &Interval, by: impl Fn(f64) -> f64) {
+pub(super) fn move_inside(y: &mut f64, of: &Interval, by: impl Fn(f64) -> f64) {
     if !of.is_equality() {
         *y = y.max(of.least + by(of.least)).min(of.most - by(of.most));
     }

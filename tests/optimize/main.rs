@@ -8,6 +8,7 @@ mod ends;
 mod events;
 mod extremes;
 mod flat;
+mod flying;
 mod follow;
 mod identified;
 mod interrupted;

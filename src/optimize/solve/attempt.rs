@@ -1,5 +1,6 @@
 //! An attempt in segments: from a guess of the states to a minimum of the problem as one motion.
 
+use super::super::barrier::move_inside;
 use super::super::free::Quantity;
 use super::super::problem::{Problem, largest_violation};
 use super::super::stages::{Nearby, feasible, stages, stages_near};
@@ -22,6 +23,9 @@ const EXACT: f64 = 1e-3;
 const LEAST: f64 = 1e-13;
 /// A result that violates its constraints by more than this as a single motion is not corrected.
 const FAR: f64 = 1e-2;
+/// Before segments are solved far from any minimum, controls are moved away from their bounds by this fraction of the distance between them; if there is
+/// one bound, of its size or of 1, whichever is larger. Steps end at bounds, so that controls beside them allow only short ones.
+const APART: f64 = 0.1;
 /// The largest number of iterations of joined segments: near the minimum of a similar problem, and from segments that meet.
 const MOST_NEAR: usize = 40;
 const MOST_JOINED: usize = 100;
@@ -46,7 +50,7 @@ pub(super) fn in_segments(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Option<Outcome>, Error> {
-    let Ok(mut shooting) = divided(problem, line, segments) else { return Ok(None) };
+    let Ok(mut shooting) = divided(problem, &apart_from_bounds(problem), line, segments) else { return Ok(None) };
     let start = problem.start();
     // The first variables are those of the problem.
     let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
@@ -117,7 +121,7 @@ impl Known {
 /// # Errors
 /// A problem that cannot be divided; a motion that cannot be computed.
 pub(super) fn at_motion(problem: &MotionProblem, known: &Known) -> Result<At, Error> {
-    let mut shooting = divided(problem, &known.line, known.segments)?;
+    let mut shooting = divided(problem, &problem.start(), &known.line, known.segments)?;
     let x = shooting.start();
     let mut constraints = vec![0.0; shooting.constraints().len()];
     shooting.evaluate(&x, &mut constraints)?;
@@ -127,12 +131,24 @@ pub(super) fn at_motion(problem: &MotionProblem, known: &Known) -> Result<At, Er
     Ok(At { shooting, x, near })
 }
 
-/// The problem in a number of segments that begin at a guess.
+/// The start of a problem, with controls away from their bounds.
+fn apart_from_bounds(problem: &MotionProblem) -> Vec<f64> {
+    let (mut x, bounds) = (problem.start(), problem.bounds());
+    let controls = problem.free().parts().filter(|(free, _)| free.quantity.control().is_some());
+    for i in controls.flat_map(|(_, variables)| variables) {
+        let width = bounds[i].most - bounds[i].least;
+        let by = |bound: f64| APART * if width.is_finite() { width } else { bound.abs().max(1.0) };
+        move_inside(&mut x[i], &bounds[i], by);
+    }
+    x
+}
+
+/// The problem at a point in a number of segments that begin at a guess.
 ///
 /// # Errors
 /// A problem that cannot be divided; a guess that is not finite.
-fn divided(problem: &MotionProblem, line: &Line, segments: usize) -> Result<MultipleShooting, Error> {
-    let mut shooting = MultipleShooting::of(problem, &problem.start(), (&line.coordinates, segments))?;
+fn divided(problem: &MotionProblem, x: &[f64], line: &Line, segments: usize) -> Result<MultipleShooting, Error> {
+    let mut shooting = MultipleShooting::of(problem, x, (&line.coordinates, segments))?;
     shooting.guess(|node, q, v| {
         q.copy_from(&line.q.column(node));
         v.copy_from(&line.v.column(node));
