@@ -1,10 +1,10 @@
 //! An attempt in segments: from a guess of the states to a minimum of the problem as one motion.
 
-use super::super::barrier::move_inside;
 use super::super::free::Quantity;
 use super::super::problem::{Problem, largest_violation};
 use super::super::stages::{Nearby, feasible, stages, stages_near};
 use super::super::{MotionProblem, MultipleShooting, Options, Outcome, Reason, Violation, Watcher};
+use super::apart::apart_from_bounds;
 use super::corrected::corrected;
 use super::division::most_segments;
 use super::guess::{Guess, Line};
@@ -23,9 +23,6 @@ const EXACT: f64 = 1e-3;
 const LEAST: f64 = 1e-13;
 /// A result that violates its constraints by more than this as a single motion is not corrected.
 const FAR: f64 = 1e-2;
-/// Before segments are solved far from any minimum, controls are moved away from their bounds by this fraction of the distance between them; if there is
-/// one bound, of its size or of 1, whichever is larger. Steps end at bounds, so that controls beside them allow only short ones.
-const APART: f64 = 0.1;
 /// The largest number of iterations of joined segments: near the minimum of a similar problem, and from segments that meet.
 const MOST_NEAR: usize = 40;
 const MOST_JOINED: usize = 100;
@@ -50,7 +47,7 @@ pub(super) fn in_segments(
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Option<Outcome>, Error> {
-    let Ok(mut shooting) = divided(problem, &apart_from_bounds(problem), line, segments) else { return Ok(None) };
+    let Ok(mut shooting) = divided(problem, &apart_from_bounds(problem, line), line, segments) else { return Ok(None) };
     let start = problem.start();
     // The first variables are those of the problem.
     let mut only = |iterate: &_, x: &[f64]| watch(iterate, &x[..start.len()]);
@@ -129,18 +126,6 @@ pub(super) fn at_motion(problem: &MotionProblem, known: &Known) -> Result<At, Er
     let mut near = known.near.clone();
     near.slopes.resize(x.len(), 0.0);
     Ok(At { shooting, x, near })
-}
-
-/// The start of a problem, with controls away from their bounds.
-fn apart_from_bounds(problem: &MotionProblem) -> Vec<f64> {
-    let (mut x, bounds) = (problem.start(), problem.bounds());
-    let controls = problem.free().parts().filter(|(free, _)| free.quantity.control().is_some());
-    for i in controls.flat_map(|(_, variables)| variables) {
-        let width = bounds[i].most - bounds[i].least;
-        let by = |bound: f64| APART * if width.is_finite() { width } else { bound.abs().max(1.0) };
-        move_inside(&mut x[i], &bounds[i], by);
-    }
-    x
 }
 
 /// The problem at a point in a number of segments that begin at a guess.
