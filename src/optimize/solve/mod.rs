@@ -45,8 +45,8 @@ const ALIKE: f64 = 1e-4;
 /// node that contradict each other or a fixed start end it after at most 100 iterations and as many of a feasibility phase, and those at another node
 /// after the first way. [`Warning::NoState`](crate::Warning::NoState) names them. If nothing leads to a minimum, the outcome is that with the smallest violation.
 ///
-/// Before segments are solved, controls near their bounds are moved away from them by a tenth of the distance between both or, from a single bound, by
-/// about as much as moves the scene, because steps end at bounds.
+/// Before segments are solved, a control that lies at its bound at all nodes is moved away from it, because steps end at bounds: by a tenth of the distance
+/// between both bounds or, from a single bound, by about as much as moves the scene.
 ///
 /// A value that decreases without bound ends the search, too ([`Reason::Unbounded`](super::Reason::Unbounded)).
 ///
