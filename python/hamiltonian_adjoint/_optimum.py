@@ -19,8 +19,8 @@ _PARAMETERS = 10
 _ATTEMPTS = 10
 # Outputs are off if they violate their limits by more.
 _OFF = 1e-9
-# By the reason why the method stopped.
 _LIMIT = "the iteration limit was reached"
+# By the reason why the method stopped.
 _WHAT_TO_DO = {
     _LIMIT: "allow more `iterations`",
     "a constraint has no multiplier, because its gradient vanishes or depends on those of others": "state the limits in another form, for example φ = π/2 instead of (φ − π/2)² = 0",
