@@ -68,8 +68,8 @@ class _Stated:
         - an Optimum of a problem with slightly different targets, bounds, start or parameters, which leads to the new optimum in a few iterations;
         - 'inputs': the motion of the inputs, without segments.
 
-        If `starts` is larger than 1, the other starts have random controls, durations and guesses, one of four near the best minimum so far; they run
-        on all cores, and the lowest minimum is returned.
+        If `starts` is larger than 1, the other starts have random controls, durations and guesses, every second one near the best minimum so far. Each
+        is tried in segments or as one motion. They run on all cores, and the lowest minimum is returned.
 
         With `accuracy`, the problem is solved again by ESDIRK4, and then with the steps halved that have the largest errors, until the estimated errors
         that the grid causes are at most this fraction of J, and of each constrained output or 1 m or rad, whichever is larger; `inputs` of the optimum

@@ -6,7 +6,7 @@ use super::super::{MotionProblem, Options, Outcome, Watcher};
 use super::attempt::{Known, sum};
 use super::halved::Halved;
 use super::solved::Solved;
-use super::ways::{from_known, from_start, is_solved};
+use super::ways::{Start, from_known, from_start, is_solved};
 use crate::estimate::GridErrors;
 use crate::{Error, Scheme, Warning};
 
@@ -136,7 +136,7 @@ impl Finer {
         if let Some(outcome) = near {
             return Ok(Solved { outcome, attempts });
         }
-        let mut found = from_start(&mut self.problem, &self.known.guess(), (options, 0), watch)?;
+        let mut found = from_start(&mut self.problem, &self.known.guess(), (options, Start::First), watch)?;
         found.attempts.splice(..0, attempts);
         Ok(found)
     }

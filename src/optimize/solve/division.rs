@@ -11,7 +11,7 @@ pub(super) fn most_segments(problem: &MotionProblem) -> usize {
     counts(problem, 0).first().copied().unwrap_or(1)
 }
 
-/// The numbers of segments that are tried; from later starts, the first two take turns.
+/// The numbers of segments that are tried; from later starts, the first two take turns, near the best outcome and elsewhere.
 pub(super) fn counts(problem: &MotionProblem, start: usize) -> Vec<usize> {
     let steps = problem.inputs_at(&problem.start()).grid.macro_ends().count();
     let order = if start == 0 { STEPS } else { LATER };
@@ -21,7 +21,7 @@ pub(super) fn counts(problem: &MotionProblem, start: usize) -> Vec<usize> {
             counts.push(count);
         }
     }
-    if counts.len() > 1 && !start.is_multiple_of(2) {
+    if counts.len() > 1 && !(start / 2).is_multiple_of(2) {
         counts.swap(0, 1);
     }
     counts

@@ -49,7 +49,7 @@ pub struct Search {
     /// The guess of the states.
     pub guess: Guess,
     /// The number of starts, at least 1: the first with the inputs of the problem, the others with random durations, with random sines added to the
-    /// controls to which the first start led and to the guess; one of four begins near the best minimum found before.
+    /// controls to which the first start led and to the guess; every second one begins near the best minimum found before.
     pub starts: usize,
     /// The wanted accuracy of the continuous motion, if any; see [`accurate_to`](Self::accurate_to).
     pub accuracy: Option<f64>,

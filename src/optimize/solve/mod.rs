@@ -13,6 +13,7 @@ mod saturated;
 mod sensitivity;
 mod solved;
 mod starts;
+mod turns;
 mod ways;
 
 use super::{Iterate, MotionProblem, Options, Outcome, Watcher, silent};
@@ -25,7 +26,8 @@ use reach::without_known;
 pub use sensitivity::{Parameter, Sensitivity, sensitivities};
 pub use solved::{Attempt, Solved};
 use starts::Starts;
-use ways::{from_start, is_hopeless, is_solved, settles_at};
+use turns::Turns;
+use ways::{Start, from_start, is_hopeless, is_solved, settles_at};
 
 /// Number of starts that are tried together, and of starts that must lead to the best value, not from near it, until no others are tried.
 const TOGETHER: usize = 4;
@@ -52,8 +54,9 @@ const ALIKE: f64 = 1e-4;
 ///
 /// If the duration is free, a feasible motion with about the duration of the start is sought first, without the bounds of the controls.
 ///
-/// If a [`Search`] has several starts, the others have random controls, durations and guesses, and the lowest minimum is returned. One of four
-/// begins near the best minimum found before. With the feature `rayon` they run on all cores; the outcome is the same. No further start is tried
+/// If a [`Search`] has several starts, the others have random controls, durations and guesses, and the lowest minimum is returned. Every second one
+/// begins near the best minimum found before. Each of them is tried in one way, in segments or as one motion, and most of them in the way that led to
+/// more minima for the same work. With the feature `rayon` they run on all cores; the outcome is the same. No further start is tried
 /// once several of the others led to the lowest minimum.
 ///
 /// [`Warning::Inaccurate`](crate::Warning::Inaccurate) in the outcome says that steps are too long for the minimum found. If an accuracy is wanted
@@ -119,13 +122,14 @@ fn from_all_starts(
     watch: &mut Watcher,
 ) -> Result<Solved, Error> {
     let (guess, starts) = (&search.guess, search.starts);
-    let mut best = from_start(problem, guess, (options, 0), watch)?;
+    let mut best = from_start(problem, guess, (options, Start::First), watch)?;
     if starts < 2 || best.outcome.is_interrupted() || is_hopeless(&best.outcome) {
         return Ok(best);
     }
     let random = Starts::new(problem, &best.outcome);
     let value = |outcome: &Outcome| value(outcome, options);
     let mut values = vec![value(&best.outcome)];
+    let mut turns = Turns::default();
     let others: Vec<usize> = (1..starts).collect();
     for some in others.chunks(TOGETHER) {
         let known = value(&best.outcome).is_finite().then_some(&best.outcome);
@@ -133,18 +137,21 @@ fn from_all_starts(
         let found = each(
             some,
             || (),
-            |(), &start| {
-                let is_near = known.is_some() && Starts::is_near(start);
+            |(), &which| {
+                let is_near = known.is_some() && Starts::is_near(which);
                 let guess = states.as_ref().filter(|_| is_near).unwrap_or(guess);
-                let mut own = random.problem(start, known)?;
+                let mut own = random.problem(which, known)?;
+                let is_one_motion = turns.is_one_motion(which);
+                let start = Start::Other { which, is_one_motion };
                 let found = from_start(&mut own, guess, (options, start), &mut silent)?;
-                Ok::<_, Error>((found, is_near))
+                Ok::<_, Error>((found, is_near, is_one_motion))
             },
         );
         let mut is_interrupted = false;
         for found in found {
-            let (Solved { outcome, attempts }, is_near) = found?;
+            let (Solved { outcome, attempts }, is_near, is_one_motion) = found?;
             is_interrupted |= outcome.is_interrupted();
+            turns.count(is_one_motion, is_solved(&outcome, options));
             best.attempts.extend(attempts);
             if !is_near {
                 values.push(value(&outcome));

@@ -13,14 +13,35 @@ use super::saturated::saturated;
 use super::solved::{Attempt, Solved};
 use crate::{Error, Warning};
 
-/// Number of ways that are tried from starts after the first one.
-const FEW: usize = 2;
-/// The largest number of iterations if no state at the end has the values asked for.
+/// The largest numbers of iterations as one motion: if no state at the end has the values asked for, and from starts after the first one.
 const MOST_IMPOSSIBLE: usize = 100;
+const MOST_OTHER: usize = 100;
 
 /// True for a minimum of the problem as stated; false also for segments that meet but violate the constraints as a single motion.
 pub(super) fn is_solved(outcome: &Outcome, options: &Options) -> bool {
     outcome.reason.is_converged() && outcome.violation <= options.violation
+}
+
+/// A start of a search.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Start {
+    /// The inputs of the problem, from which all ways are tried.
+    First,
+    /// Random inputs, from which one way is tried.
+    Other { which: usize, is_one_motion: bool },
+}
+
+impl Start {
+    fn number(self) -> usize {
+        match self {
+            Start::First => 0,
+            Start::Other { which, .. } => which,
+        }
+    }
+
+    fn haste(self) -> Haste {
+        if self == Start::First { Haste::Patient } else { Haste::Brief }
+    }
 }
 
 /// Solves near a known minimum and adds the attempt; `None`, and the problem at its start, if other ways have to be tried.
@@ -43,21 +64,20 @@ pub(super) fn from_known(
     Ok(None)
 }
 
-/// Solves from the inputs of the problem, beginning with one of the numbers of segments.
+/// Solves from the inputs of the problem.
 ///
 /// # Errors
 /// As [`solve`].
 pub(super) fn from_start(
     problem: &mut MotionProblem,
     guess: &Guess,
-    (options, first): (&Options, usize),
+    (options, start): (&Options, Start),
     watch: &mut Watcher,
 ) -> Result<Solved, Error> {
     let mut attempts = Vec::new();
-    let haste = if first == 0 { Haste::Patient } else { Haste::Brief };
     let line = match guess {
         Guess::Inputs => None,
-        Guess::Optimum { x, multipliers } if first == 0 && settles_at(problem, x).is_ok() => {
+        Guess::Optimum { x, multipliers } if start == Start::First && settles_at(problem, x).is_ok() => {
             let known = Known::of(problem, multipliers).ok();
             if let Some(known) = &known
                 && let Some(outcome) = from_known(problem, (known, "near the optimum"), (options, &mut attempts), watch)?
@@ -66,36 +86,41 @@ pub(super) fn from_start(
             }
             known.map(|known| known.line)
         }
-        _ => Line::new(problem, guess, first),
+        _ => Line::new(problem, guess, start.number()),
     };
-    by_ways(problem, (line.as_ref(), first, haste), (options, attempts), watch)
+    by_ways(problem, (line.as_ref(), start), (options, attempts), watch)
 }
 
-/// Solves by one way after another.
+/// Solves by one way after another; after the first start, by one.
 ///
 /// # Errors
 /// As [`solve`].
 fn by_ways(
     problem: &mut MotionProblem,
-    (line, first, haste): (Option<&Line>, usize, Haste),
+    (line, at): (Option<&Line>, Start),
     (options, mut attempts): (&Options, Vec<Attempt>),
     watch: &mut Watcher,
 ) -> Result<Solved, Error> {
-    let start = problem.start();
+    let (start, haste) = (problem.start(), at.haste());
     let reach = line.map_or(Reach::Found, |line| line.reach);
-    let counts = if line.is_some() { counts(problem, first) } else { Vec::new() };
+    let counts = if line.is_some() { counts(problem, at.number()) } else { Vec::new() };
     let mut ways: VecDeque<Way> = counts.into_iter().map(Way::Segments).collect();
-    match reach {
-        Reach::Found => ways.push_back(Way::OneMotion),
-        // Segments would fail, too, but would not say that the target is out of reach.
-        _ => ways.push_front(Way::OneMotion),
+    ways.push_back(Way::OneMotion);
+    // Segments would fail where the target is out of reach, too, but would not say so.
+    if reach != Reach::Found || matches!(at, Start::Other { is_one_motion: true, .. }) {
+        ways.rotate_right(1);
     }
+    let most = match haste {
+        _ if reach == Reach::Impossible => MOST_IMPOSSIBLE,
+        Haste::Brief if ways.len() > 1 => MOST_OTHER,
+        _ => usize::MAX,
+    };
     let (before, mut best) = (attempts.len(), None);
     while let Some(way) = ways.pop_front() {
         let is_first = haste == Haste::Patient && attempts.len() == before;
         let found = match (way, line) {
             (Way::Segments(count), Some(line)) => in_segments(problem, (line, count, haste), options, watch)?,
-            _ => Some(as_one_motion(problem, (&start, reach), options, watch)?),
+            _ => Some(as_one_motion(problem, (&start, reach, most), options, watch)?),
         };
         let Some(mut outcome) = found else { continue };
         let is_end = is_final(&outcome, options);
@@ -111,12 +136,11 @@ fn by_ways(
         attempts.push(attempt);
         let is_one = way == Way::OneMotion;
         let is_infeasible = is_one && outcome.reason == Reason::Infeasible;
-        let is_enough = !is_one && haste == Haste::Brief && attempts.len() == FEW;
-        if is_end || is_hopeless(&outcome) || is_infeasible && reach != Reach::Found || is_enough {
+        if is_end || is_hopeless(&outcome) || is_infeasible && reach != Reach::Found || haste == Haste::Brief {
             return Ok(Solved { outcome, attempts });
         }
         // One motion does not lead to where motions are too unstable.
-        if is_unstable && haste == Haste::Patient {
+        if is_unstable {
             bring_one_motion_forward(&mut ways);
         }
         best = Some(if is_infeasible && ways.is_empty() { outcome } else { better(best, outcome, options) });
@@ -162,11 +186,10 @@ impl fmt::Display for Way {
 /// A problem without Hessian products.
 fn as_one_motion(
     problem: &mut MotionProblem,
-    (start, reach): (&[f64], Reach),
+    (start, reach, most): (&[f64], Reach, usize),
     options: &Options,
     watch: &mut Watcher,
 ) -> Result<Outcome, Error> {
-    let most = if reach == Reach::Impossible { MOST_IMPOSSIBLE } else { usize::MAX };
     let few = Options { iterations: options.iterations.min(most), ..*options };
     let mut outcome = interior_point(problem, start, &few, watch)?;
     if reach == Reach::Impossible && !is_final(&outcome, options) {
