@@ -104,12 +104,7 @@ fn by_ways(
     let (start, haste) = (problem.start(), at.haste());
     let reach = line.map_or(Reach::Found, |line| line.reach);
     let counts = if line.is_some() { counts(problem, at.number()) } else { Vec::new() };
-    let mut ways: VecDeque<Way> = counts.into_iter().map(Way::Segments).collect();
-    ways.push_back(Way::OneMotion);
-    // Segments would fail where the target is out of reach, too, but would not say so.
-    if reach != Reach::Found || matches!(at, Start::Other { is_one_motion: true, .. }) {
-        ways.rotate_right(1);
-    }
+    let mut ways = in_order(counts, at, reach);
     let most = match haste {
         _ if reach == Reach::Impossible => MOST_IMPOSSIBLE,
         Haste::Brief if ways.len() > 1 => MOST_OTHER,
@@ -161,6 +156,20 @@ enum Way {
     OneMotion,
     /// From a guess of the states in a number of segments.
     Segments(usize),
+}
+
+/// The ways from a start, in the order in which they are tried.
+fn in_order(counts: Vec<usize>, at: Start, reach: Reach) -> VecDeque<Way> {
+    let mut ways: VecDeque<Way> = counts.into_iter().map(Way::Segments).chain([Way::OneMotion]).collect();
+    let is_one_motion_first = match at {
+        // Segments would fail where the target is out of reach, too, but would not say so.
+        Start::First => reach != Reach::Found,
+        Start::Other { is_one_motion, .. } => is_one_motion || reach == Reach::Impossible,
+    };
+    if is_one_motion_first {
+        bring_one_motion_forward(&mut ways);
+    }
+    ways
 }
 
 /// Makes one motion the next way, if it has not been tried.
@@ -229,6 +238,16 @@ pub(super) fn settles_at(problem: &mut MotionProblem, x: &[f64]) -> Result<(), E
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn other_starts_go_the_way_whose_turn_it_is() {
+        let first = |is_one_motion, reach| in_order(vec![33, 10], Start::Other { which: 1, is_one_motion }, reach)[0];
+        for reach in [Reach::Found, Reach::Unknown] {
+            assert!(first(false, reach) == Way::Segments(33) && first(true, reach) == Way::OneMotion);
+        }
+        assert!(first(false, Reach::Impossible) == Way::OneMotion);
+        assert!(in_order(vec![33], Start::First, Reach::Unknown)[0] == Way::OneMotion);
+    }
 
     #[test]
     fn one_motion_is_brought_forward_if_it_is_left() {
