@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -17,6 +16,7 @@ from ._handles import Control, Coordinate, Design, Ground, Marker, Particle, Poi
 from ._operating_point import Equilibrium, LinearModel
 from ._solver import Motion, _checked
 from ._system import Array, Inputs, System
+from ._words import whole
 
 _VALUES = {"q": "coordinates", "v": "coordinates", "v_dot": "coordinates", "u": "controls", "lambda": "equations"}
 
@@ -61,7 +61,7 @@ class Mechanics:
     @classmethod
     def at_node(cls, motion: Motion, node: int) -> Mechanics:
         """The mechanics at a node of a motion; node −1 is the last one that was computed."""
-        i = operator.index(node)
+        i = whole("a node", node)
         i += motion.computed if i < 0 else 0
         if not 0 <= i < motion.computed:
             raise InputError(f"node {node} does not exist or was not computed; the motion has {motion.computed} nodes, counted from 0")

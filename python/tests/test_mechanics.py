@@ -47,6 +47,8 @@ def test_nodes_of_motions():
     for node in (21, -22):
         with pytest.raises(ha.InputError, match=f"node {node} does not exist.*21 nodes, counted from 0"):
             ha.Mechanics.at_node(motion, node)
+    with pytest.raises(TypeError, match="a node must be a whole number, not 0.5"):
+        ha.Mechanics.at_node(motion, 0.5)
 
 
 def test_points_and_other_values_of_the_design():
