@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -60,7 +59,7 @@ class _Stated:
         """Minimises J of a motion from a guess of its states; no guess of the controls is needed. The default way to an optimum.
 
         The motion is divided into segments that begin at the guess and meet in the course of the optimisation; then they are joined to a single motion.
-        Segments of different lengths are tried until one of them leads to a minimum: see `attempts` of the optimum. `guess` is
+        If segments do not lead to a minimum, one motion without segments and segments of other lengths are tried: see `attempts` of the optimum. `guess` is
 
         - 'straight': a straight line from the start to a state near it that satisfies the equality constraints on terminal outputs;
         - a pair (q, v) of arrays with a row for each coordinate and a column for each node, or a Motion; independent coordinates are used, the others follow
@@ -121,7 +120,7 @@ class _Stated:
                 those = f"; those are {', '.join(known)}" if known else ""
                 raise InputError(f"{of.kind} `{of.name}` is not a single free variable of this problem{those}")
             return self.names.index(name)
-        return _output(self._motions[0].system, by) if isinstance(by, (Output, str)) else operator.index(by)
+        return _output(self._motions[0].system, by) if isinstance(by, (Output, str)) else whole("the number of a variable", by)
 
     def minimise(
         self,
@@ -274,7 +273,7 @@ class MultipleShooting(_Stated):
         names = [system._named("coordinate", system.coordinates, of) for of in states]
         given = mapping(guess, "guess", "{angle: values}")
         guesses = [of_segments(inputs, of, values) for of, values in given.items()]
-        self._shooting = (int(segments), names, guesses, [_output(system, of) for of in costs])
+        self._shooting = (whole("`segments`", segments), names, guesses, [_output(system, of) for of in costs])
 
 
 class Trials(_Stated):

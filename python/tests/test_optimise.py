@@ -180,7 +180,7 @@ END = "value of block.x at the end"
         (lambda s, i, f: ha.minimise(s, i, [f], bounds=(-1, 1)), TypeError, r"`bounds` must be a dictionary, such as \{force: \(-5, 5\)\}, not \(-1, 1\)"),
         (lambda s, i, f: ha.minimise(s, i, [f], iterations=1e3), TypeError, "`iterations` must be a whole number, not 1000.0"),
         (lambda s, i, f: ha.solve(s, i, [f], starts="5"), TypeError, "`starts` must be a whole number, not '5'"),
-        (lambda s, i, f: ha.MultipleShooting(s, i, [f], ["x"], 2.5), TypeError, "`segments` must be a whole number, not 2.5"),
+        (lambda s, i, f: ha.MultipleShooting(s, i, [f], ["block.x"], 2.5), TypeError, "`segments` must be a whole number, not 2.5"),
         (lambda s, i, f: ha.Scene().outputs_at("x", 1.0, 51), TypeError, r"`nodes` must be a list of nodes, such as range\(51\), not 51"),
         (lambda s, i, f: ha.minimise(s, i, [f, f]), ha.Error, "force"),
         (lambda s, i, f: ha.free(f, linear=2, spline=3), TypeError, "only one of them"),

@@ -60,7 +60,7 @@ fn at_bounds(problem: &MotionProblem, x: &[f64]) -> usize {
 
 #[test]
 fn a_moved_target_takes_a_few_iterations() {
-    for (links, most, active) in [(1, 18.0, 18), (2, 40.0, 21)] {
+    for (links, most, active) in [(1, 18.0, 18), (2, 38.0, 21)] {
         let (mut problem, angle) = bounded(links, most);
         let (mut before, _) = solved(&mut problem, Guess::Straight);
         let found = at_bounds(&problem, &before.x);
@@ -75,6 +75,19 @@ fn a_moved_target_takes_a_few_iterations() {
         problem.constrain(angle, Interval::equal(FRAC_PI_2 + 0.02));
         assert_near(&mut problem, &before, 12);
     }
+}
+
+#[test]
+fn after_segments_that_do_not_get_on_one_motion_is_tried() {
+    let tried = |most: f64| {
+        let solved = solve(&mut bounded(2, most).0, Guess::Straight, &OPTIONS, &mut silent).expect("fits");
+        println!("{solved}");
+        let ways: Vec<bool> = solved.attempts.iter().map(|of| of.what == "one motion").collect();
+        (ways, solved.outcome.reason)
+    };
+    assert_eq!(tried(38.0), (vec![false, true], Reason::Stationary));
+    // The force cannot turn the links up; three ways say so.
+    assert_eq!(tried(5.0), (vec![false, true, false], Reason::Infeasible));
 }
 
 /// h = x.

@@ -40,9 +40,9 @@ const ALIKE: f64 = 1e-4;
 /// The motion is divided into segments that begin at the guess ([`Guess`]) and meet in the course of the optimisation
 /// ([`stages`](super::stages())). Then their starts q and p\* become variables, so that the result is a single motion, which minimises J as the
 /// problem states it. The error of a state grows along an unstable motion, so that one motion may violate constraints that the segments satisfied;
-/// small violations are removed. Segments of different lengths are tried until one of them leads to a minimum; if none does,
-/// [`interior_point`](super::interior_point()) starts from the inputs of the problem as one motion. It does so at once if segments led to a motion too
-/// unstable to be computed as one. If no state at the end has the values that are asked
+/// small violations are removed. If segments do not lead to a minimum, [`interior_point`](super::interior_point()) starts from the inputs of the problem
+/// as one motion, and then segments of other lengths are tried. After three ways that end where the violation cannot be reduced, no others are tried. If no
+/// state at the end has the values that are asked
 /// for, one motion is tried first, and [`Reason::Infeasible`](super::Reason::Infeasible) ends the search. Constraints on states at the first or the last
 /// node that contradict each other or a fixed start end it after at most 100 iterations and as many of a feasibility phase, and those at another node
 /// after the first way. [`Warning::NoState`](crate::Warning::NoState) names them. If nothing leads to a minimum, the outcome is that with the smallest violation.

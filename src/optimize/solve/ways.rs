@@ -13,6 +13,8 @@ use super::saturated::saturated;
 use super::solved::{Attempt, Solved};
 use crate::{Error, Warning};
 
+/// If so many ways end where the violation cannot be reduced, no others are tried.
+const ENOUGH: usize = 3;
 /// The largest numbers of iterations as one motion: if no state at the end has the values asked for, and from starts after the first one.
 const MOST_IMPOSSIBLE: usize = 100;
 const MOST_OTHER: usize = 100;
@@ -126,20 +128,20 @@ fn by_ways(
             outcome.warnings.insert(0, warning);
             outcome.reason = Reason::Infeasible;
         }
-        let attempt = Attempt::of(way.to_string(), &outcome, options);
-        let is_unstable = attempt.is_unstable;
-        attempts.push(attempt);
-        let is_one = way == Way::OneMotion;
-        let is_infeasible = is_one && outcome.reason == Reason::Infeasible;
+        attempts.push(Attempt::of(way.to_string(), &outcome, options));
+        let is_infeasible = way == Way::OneMotion && outcome.reason == Reason::Infeasible;
         if is_end || is_hopeless(&outcome) || is_infeasible && reach != Reach::Found || haste == Haste::Brief {
             return Ok(Solved { outcome, attempts });
         }
-        // One motion does not lead to where motions are too unstable.
-        if is_unstable {
-            bring_one_motion_forward(&mut ways);
-        }
-        best = Some(if is_infeasible && ways.is_empty() { outcome } else { better(best, outcome, options) });
+        // Where segments do not lead to a minimum, one motion often does, for less work than other segments.
+        bring_one_motion_forward(&mut ways);
+        let tried = &attempts[before..];
+        let are_stuck = tried.iter().all(|attempt| is_stuck(attempt, options));
+        best = Some(better(best, outcome, are_stuck, options));
         problem.settle_at(&start);
+        if are_stuck && tried.len() == ENOUGH {
+            break;
+        }
     }
     let mut outcome = best.expect("one motion is always tried");
     problem.settle_at(&outcome.x);
@@ -207,6 +209,11 @@ fn as_one_motion(
     Ok(outcome)
 }
 
+/// True for an attempt that ended where the violation cannot be reduced.
+fn is_stuck(attempt: &Attempt, options: &Options) -> bool {
+    attempt.violation > options.violation && matches!(attempt.reason, Reason::NoLowerValue | Reason::Infeasible)
+}
+
 /// True if no other way is tried after an outcome.
 fn is_final(outcome: &Outcome, options: &Options) -> bool {
     is_solved(outcome, options) || outcome.is_interrupted() || outcome.reason == Reason::Unbounded
@@ -217,9 +224,12 @@ pub(super) fn is_hopeless(outcome: &Outcome) -> bool {
     outcome.reason == Reason::Unbounded || outcome.warnings.iter().any(|of| matches!(of, Warning::NoState { .. }))
 }
 
-/// The outcome with the smaller violation or, if both are feasible, with the lower value.
-fn better(one: Option<Outcome>, other: Outcome, options: &Options) -> Outcome {
-    let key = |of: &Outcome| [(of.violation - options.violation).max(0.0), of.value];
+/// The outcome with the smaller violation or, if both are feasible, with the lower value. If no way could reduce the violation, it is one that says so.
+fn better(one: Option<Outcome>, other: Outcome, are_stuck: bool, options: &Options) -> Outcome {
+    let key = |of: &Outcome| {
+        let is_told = are_stuck && of.reason == Reason::Infeasible;
+        [if is_told { 0.0 } else { 1.0 }, (of.violation - options.violation).max(0.0), of.value]
+    };
     match one {
         Some(one) if key(&one) <= key(&other) => one,
         _ => other,
