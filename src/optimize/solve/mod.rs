@@ -41,11 +41,13 @@ const ALIKE: f64 = 1e-4;
 /// ([`stages`](super::stages())). Then their starts q and p\* become variables, so that the result is a single motion, which minimises J as the
 /// problem states it. The error of a state grows along an unstable motion, so that one motion may violate constraints that the segments satisfied;
 /// small violations are removed. If segments do not lead to a minimum, [`interior_point`](super::interior_point()) starts from the inputs of the problem
-/// as one motion, and then segments of other lengths are tried. After three ways that end where the violation cannot be reduced, no others are tried. If no
-/// state at the end has the values that are asked
-/// for, one motion is tried first, and [`Reason::Infeasible`](super::Reason::Infeasible) ends the search. Constraints on states at the first or the last
-/// node that contradict each other or a fixed start end it after at most 100 iterations and as many of a feasibility phase, and those at another node
-/// after the first way. [`Warning::NoState`](crate::Warning::NoState) names them. If nothing leads to a minimum, the outcome is that with the smallest violation.
+/// as one motion, and then segments of other lengths are tried. After three ways that end where the violation cannot be reduced, no others are tried.
+/// If nothing leads to a minimum, the outcome is that with the smallest violation or, after such ways, one that is
+/// [`Reason::Infeasible`](super::Reason::Infeasible).
+///
+/// If no state at the end has the values that are asked for, one motion is tried first, and `Reason::Infeasible` ends the search. Constraints on states at
+/// the first or the last node that contradict each other or a fixed start end it after at most 100 iterations and as many of a feasibility phase, and those
+/// at another node after the first way. [`Warning::NoState`](crate::Warning::NoState) names them.
 ///
 /// Before segments are solved, a control that lies at its bound at all nodes is moved away from it, because steps end at bounds: by a tenth of the distance
 /// between both bounds or, from a single bound, by about as much as moves the scene.
