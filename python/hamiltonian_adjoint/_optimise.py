@@ -61,7 +61,8 @@ class _Stated:
         The motion is divided into segments that begin at the guess and meet in the course of the optimisation; then they are joined to a single motion.
         If segments do not lead to a minimum, one motion without segments and segments of other lengths are tried: see `attempts` of the optimum. `guess` is
 
-        - 'straight': a straight line from the start to a state near it that satisfies the equality constraints on terminal outputs;
+        - 'straight': a straight line from the start to a state near it that satisfies the equality constraints on terminal outputs; loads whose places are
+          not given hang there below what carries them;
         - a pair (q, v) of arrays with a row for each coordinate and a column for each node, or a Motion; independent coordinates are used, the others follow
           from the constraints;
         - an Optimum of a problem with slightly different targets, bounds, start or parameters, which leads to the new optimum in a few iterations;

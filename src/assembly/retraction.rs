@@ -22,7 +22,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::motion::Report;
 use crate::node::{ALONG, Linearisation, PhiAlong, SecondOrderPrograms};
 use crate::number::{Real, largest};
-use crate::redundancy::pivots;
+use crate::redundancy::{decomposition, pivots};
 use crate::system::{CostRows, Covector, InputRows, NodeView, Pair, StateRows, Sums};
 use crate::{Coordinate, Error, Inputs, Multiplier, System};
 
@@ -31,6 +31,8 @@ const MOST_CORRECTIONS: usize = 30;
 const ROUNDING: f64 = 1e-14;
 /// A correction that stops shrinking is rounding below this fraction.
 const STALLED: f64 = 1e-10;
+/// Singular values of Φ_q below this fraction of the largest one are zero.
+const RANK: f64 = 1e-8;
 /// Factor of the derivatives by coordinates that should not become dependent ones.
 const UNWANTED: f64 = 1e-3;
 
@@ -288,6 +290,29 @@ impl Retraction {
             last = of;
         }
         Err(Error::AssemblyStalled { correction: last })
+    }
+
+    /// Coordinates that satisfy Φ = φ̂ at the inputs of the last state, near those that others reach with a change of ζ: all coordinates then change as
+    /// little as possible. `None` if Newton's method finds none.
+    pub(crate) fn closest(&mut self, others: &[f64], change: &[f64]) -> Option<&[f64]> {
+        self.at.q.copy_from_slice(others);
+        self.invert().ok()?;
+        let moved = self.motions() * DVector::from_column_slice(change);
+        self.at.q.iter_mut().zip(moved.iter()).for_each(|(q, by)| *q += by);
+        let mut phi = vec![0.0; self.system.m()];
+        for _ in 0..MOST_CORRECTIONS {
+            let at = self.at.here();
+            self.linearisation.evaluation.phi(&self.system, &at, &mut phi);
+            let left = self.equations.iter().map(|&j| phi[j] - self.drift[j]);
+            let left = DVector::from_iterator(self.equations.len(), left);
+            let svd = decomposition(self.phi_q().select_rows(&self.equations))?;
+            let correction = svd.solve(&left, RANK * svd.singular_values.max()).ok()?;
+            self.at.q.iter_mut().zip(correction.iter()).for_each(|(q, by)| *q -= by);
+            if correction.amax() <= STALLED * largest(&self.at.q).max(1.0) {
+                return Some(&self.at.q);
+            }
+        }
+        None
     }
 
     /// The derivatives of the state by ζ, ω and design variables, each given with a factor.

@@ -14,7 +14,7 @@ use super::statics::{Balance, Statics};
 use crate::Error;
 use crate::linear::eigen;
 
-const MOST_STEPS: usize = 500;
+pub(super) const MOST_STEPS: usize = 500;
 /// Longest step of one motion, relative to the largest coordinate.
 const LONGEST: f64 = 0.5;
 /// Newton's method takes over below this step, relative to the largest coordinate …
@@ -26,13 +26,13 @@ const LEAST: f64 = 1e-6;
 const MOST: f64 = 1e12;
 
 impl Statics {
-    /// The stable equilibrium that is reached along the forces from a configuration.
+    /// The stable equilibrium that is reached along the forces from a configuration, in at most so many steps.
     ///
     /// # Errors
     /// No such equilibrium.
-    pub(super) fn descend(&mut self, from: &Balance) -> Result<Balance, Error> {
+    pub(super) fn descend(&mut self, from: &Balance, most_steps: usize) -> Result<Balance, Error> {
         let (mut here, mut shift) = (self.balance(&from.state)?, 0.0);
-        for _ in 0..MOST_STEPS {
+        for _ in 0..most_steps {
             let Some(modes) = here.modes() else { return self.newton(&here)?.ok_or_else(|| here.unbalanced()) };
             let soft = (&here.free * &here.force).amax() / (LONGEST * here.size());
             let (least, most) = (modes.eigenvalues.imin(), modes.eigenvalues.amax());

@@ -2,6 +2,7 @@
 
 use nalgebra::{Complex, DMatrix, DVector};
 
+use super::descent::MOST_STEPS;
 use super::indices;
 use super::sensitivity::Sensitivity;
 use super::statics::{Balance, Statics};
@@ -12,6 +13,8 @@ use crate::{Coordinate, Error, Inputs, Mechanics, Start};
 
 /// Growth of a mode, relative to the largest eigenvalue, that is rounding.
 const GROWS: f64 = 1e-9;
+/// Largest number of steps to an equilibrium that need not be found.
+const FEW_STEPS: usize = 50;
 
 /// A configuration at rest in which all forces balance, with its derivatives and the stability of small motions.
 ///
@@ -76,7 +79,7 @@ impl Mechanics {
     pub fn equilibrium(&self, held: &[Coordinate]) -> Result<Equilibrium, Error> {
         self.find(held, |statics, start| match statics.newton(start)? {
             Some(found) => Ok(found),
-            None => statics.descend(start),
+            None => statics.descend(start, MOST_STEPS),
         })
     }
 
@@ -103,7 +106,7 @@ impl Mechanics {
     /// # Errors
     /// As [`equilibrium`](Self::equilibrium).
     pub fn stable_equilibrium(&self, held: &[Coordinate]) -> Result<Equilibrium, Error> {
-        self.find(held, Statics::descend)
+        self.find(held, |statics, start| statics.descend(start, MOST_STEPS))
     }
 
     fn find(
@@ -112,9 +115,7 @@ impl Mechanics {
         search: impl FnOnce(&mut Statics, &Balance) -> Result<Balance, Error>,
     ) -> Result<Equilibrium, Error> {
         let system = self.system();
-        let start = self.assembled(held, "Mechanics::equilibrium")?;
-        let mut statics = Statics::new(&start, held.iter().map(Coordinate::index).collect())?;
-        let start = statics.balance(&start)?;
+        let (mut statics, start) = self.balanced(held)?;
         let found = search(&mut statics, &start)?;
         found.check()?;
         let none = vec![0.0; system.m()];
@@ -123,6 +124,19 @@ impl Mechanics {
             return Err(error);
         }
         statics.describe(found)
+    }
+
+    /// A stable equilibrium, which need not be isolated, close to these coordinates; `None` if a few steps lead to none.
+    pub(crate) fn settled(&self, held: &[Coordinate]) -> Option<Mechanics> {
+        let (mut statics, start) = self.balanced(held).ok()?;
+        Some(statics.descend(&start, FEW_STEPS).ok()?.state)
+    }
+
+    fn balanced(&self, held: &[Coordinate]) -> Result<(Statics, Balance), Error> {
+        let start = self.assembled(held, "Mechanics::equilibrium")?;
+        let mut statics = Statics::new(&start, held.iter().map(Coordinate::index).collect())?;
+        let start = statics.balance(&start)?;
+        Ok((statics, start))
     }
 
     /// The state at rest nearest to these coordinates that satisfies the constraints and keeps the held coordinates.

@@ -10,6 +10,7 @@ mod extremes;
 mod flat;
 mod flying;
 mod follow;
+mod hanging;
 mod identified;
 mod interrupted;
 mod near;

@@ -14,6 +14,8 @@ pub(in super::super) struct IndependentStart {
     coordinates: Vec<Coordinate>,
     /// The coordinates of the current point, near which others are sought.
     near: Vec<f64>,
+    /// True if there is a current point: a start that is not near it is not sought with care.
+    is_settled: bool,
     derived: Option<Derived>,
 }
 
@@ -39,7 +41,13 @@ impl IndependentStart {
     pub(super) fn new(system: &System, coordinates: &[Coordinate], inputs: &Inputs) -> Result<Self, Error> {
         let retraction = Retraction::new(system, &indices(coordinates), inputs)?;
         let coordinates = coordinates.to_vec();
-        Ok(IndependentStart { retraction, coordinates, near: inputs.start.q().as_slice().to_vec(), derived: None })
+        Ok(IndependentStart {
+            retraction,
+            coordinates,
+            near: inputs.start.q().as_slice().to_vec(),
+            is_settled: false,
+            derived: None,
+        })
     }
 
     /// The number of variables of the start.
@@ -68,7 +76,7 @@ impl IndependentStart {
         let inputs = motion.next_inputs(own);
         let node = inputs.grid.around[0];
         match self.retraction.place(z, &self.near, inputs) {
-            Err(Error::AssemblyStalled { .. } | Error::Held { .. }) => {}
+            Err(Error::AssemblyStalled { .. } | Error::Held { .. }) if !self.is_settled => {}
             placed => return placed.map_err(|error| error.started_at(node)),
         }
         // From far away, with more care.
@@ -83,6 +91,18 @@ impl IndependentStart {
     /// Makes the last point the current one.
     pub(super) fn settle(&mut self) {
         self.near.copy_from_slice(self.retraction.q());
+        self.is_settled = true;
+    }
+
+    /// Replaces the coordinates of z, which are those of no state, by coordinates of a state near it, and seeks the start near that state; false if there
+    /// is none.
+    pub(super) fn approach(&mut self, z: &mut [f64]) -> bool {
+        let places = self.coordinates.iter().map(Coordinate::index);
+        let change: Vec<f64> = z.iter().step_by(2).zip(places.clone()).map(|(zeta, i)| zeta - self.near[i]).collect();
+        let Some(q) = self.retraction.closest(&self.near, &change) else { return false };
+        z.iter_mut().step_by(2).zip(places).for_each(|(zeta, i)| *zeta = q[i]);
+        self.near.copy_from_slice(q);
+        true
     }
 
     fn derive(&mut self, variables: &Variables, x: &[f64]) -> Result<&mut Derived, Error> {

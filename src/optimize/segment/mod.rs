@@ -100,15 +100,29 @@ impl Segment {
 
     /// The variables of the start for a guess of q and v.
     pub(super) fn guess(&mut self, q: &DVector<f64>, v: &DVector<f64>) -> Vec<f64> {
-        let Begin::Independent(start) = &mut self.begin else { return Vec::new() };
-        start.near().copy_from_slice(q.as_slice());
-        start.of(q, v)
+        self.seek_near(q);
+        if let Begin::Independent(start) = &self.begin { start.of(q, v) } else { Vec::new() }
+    }
+
+    /// Sets the coordinates near which the start is sought.
+    pub(super) fn seek_near(&mut self, q: &DVector<f64>) {
+        if let Begin::Independent(start) = &mut self.begin {
+            start.near().copy_from_slice(q.as_slice());
+        }
     }
 
     /// The coordinates near which the start is sought; `None` for the first segment.
     pub(super) fn near(&mut self) -> Option<DVector<f64>> {
         let Begin::Independent(start) = &mut self.begin else { return None };
         Some(DVector::from_column_slice(start.near()))
+    }
+
+    /// Replaces the variables of the start, which are those of no state, by those of a state near it; false if there is none.
+    pub(super) fn approach(&mut self, z: &mut [f64]) -> bool {
+        match &mut self.begin {
+            Begin::Independent(start) => start.approach(z),
+            Begin::Given | Begin::State => false,
+        }
     }
 
     /// J and the outputs at a point that does not become the current one.

@@ -15,7 +15,8 @@ use crate::{Coordinate, Error};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Guess {
     /// A straight line in independent coordinates, from the start to a state near it in which the outputs that are terminal values have the values
-    /// that equalities ask for and, if there is such a state, all outputs of q and v at the last node lie in their intervals.
+    /// that equalities ask for and, if there is such a state, all outputs of q and v at the last node lie in their intervals. What they leave free is in
+    /// equilibrium there, if there is an equilibrium near: a load hangs below its trolley.
     #[default]
     Straight,
     /// Coordinates and velocities at all nodes, n × (N + 1) each; independent ones are used, the others follow from the constraints.

@@ -3,6 +3,7 @@
 mod accuracy;
 mod apart;
 mod attempt;
+mod balanced;
 mod corrected;
 mod division;
 mod guess;

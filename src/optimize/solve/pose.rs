@@ -41,10 +41,10 @@ const ASSEMBLED: usize = 10;
 
 /// A state with the outputs that it determines: a node of the motion, other than the first, as a segment without steps.
 pub(super) struct Pose {
-    segment: Segment,
-    inputs: Inputs,
+    pub(super) segment: Segment,
+    pub(super) inputs: Inputs,
     /// The independent coordinates.
-    states: Vec<Coordinate>,
+    pub(super) states: Vec<Coordinate>,
     node: usize,
     /// For each independent coordinate, true if it is an angle.
     angles: Vec<bool>,
@@ -152,8 +152,8 @@ impl Pose {
     /// z near another one in which outputs lie in given intervals, or where the sum of squares of the distances from them is least, if Newton's
     /// method finds it. Coordinates change a little in an iteration unless the residuals are linear, so that the method does not wind angles up.
     fn newton(&mut self, from: &[f64], time: f64, asked: &[(usize, Interval)]) -> End {
-        let z = DVector::from_column_slice(from);
-        let Some(r) = self.residuals(&z, time, asked) else {
+        let mut z = DVector::from_column_slice(from);
+        let Some(r) = self.residuals(&mut z, time, asked) else {
             return End { z: from.to_vec(), left: DVector::from_element(asked.len(), f64::INFINITY), reach: Reach::Unknown };
         };
         let mut at = At { z, r, is_least: false, most: SHORT };
@@ -181,7 +181,7 @@ impl Pose {
     /// Reduces the sum of squares by damped steps (Levenberg and Marquardt), which lead to the least one where it is not zero.
     fn descend(&mut self, at: &mut At, time: f64, asked: &[(usize, Interval)]) {
         let mut first = None;
-        if self.residuals(&at.z, time, asked).is_none() {
+        if self.residuals(&mut at.z, time, asked).is_none() {
             return;
         }
         for _ in 0..ITERATIONS {
@@ -203,9 +203,19 @@ impl Pose {
         }
     }
 
-    /// The distances of outputs from their intervals; `None` without a state.
-    fn residuals(&mut self, z: &DVector<f64>, time: f64, asked: &[(usize, Interval)]) -> Option<DVector<f64>> {
-        let (_, found) = self.segment.try_at(z.as_slice(), time).ok()?;
+    /// The distances of outputs from their intervals in the state z or, where there is none, in one near it, which replaces z; `None` without a state.
+    pub(super) fn residuals(
+        &mut self,
+        z: &mut DVector<f64>,
+        time: f64,
+        asked: &[(usize, Interval)],
+    ) -> Option<DVector<f64>> {
+        let tried = self.segment.try_at(z.as_slice(), time);
+        let (_, found) = match tried {
+            Err(_) if self.segment.approach(z.as_mut_slice()) => self.segment.try_at(z.as_slice(), time),
+            tried => tried,
+        }
+        .ok()?;
         let excess = |(output, to): &(usize, Interval)| found[*output] - to.nearest(found[*output]);
         Some(DVector::from_iterator(asked.len(), asked.iter().map(excess)))
     }
@@ -237,12 +247,17 @@ impl Pose {
         time: f64,
         asked: &[(usize, Interval)],
     ) -> Option<At> {
-        let z = &at.z - step;
-        let r = self.residuals(&z, time, asked)?;
+        let mut z = &at.z - step;
+        let near = self.segment.near()?;
+        let found = self.residuals(&mut z, time, asked);
+        let Some(r) = found.filter(|r| r.norm() < at.r.norm()) else {
+            self.segment.seek_near(&near);
+            return None;
+        };
         let linear = jacobian * step;
         let is_linear = (&at.r - &r - &linear).norm() <= LINEAR * linear.norm();
         let most = if is_linear { SHORT.max(2.0 * change_of_coordinates(step)) } else { SHORT };
-        (r.norm() < at.r.norm()).then_some(At { z, r, is_least: false, most })
+        Some(At { z, r, is_least: false, most })
     }
 }
 

@@ -47,7 +47,7 @@ pub(super) fn end_of(problem: &MotionProblem, pose: &mut Pose, start: [&DVector<
     let all = asked(problem, |&(k, to)| to != Interval::FREE && is_of_end(k) || values.iter().any(|of| of.0 == k));
     let End { z: end, reach, .. } = pose.nearest(start, times[last], &all);
     if reach == Reach::Found {
-        return (end, reach);
+        return (pose.balanced(&end, times[last], &all).unwrap_or(end), reach);
     }
     let end = if values.len() < all.len() { pose.nearest(start, times[last], &values).z } else { end };
     if has_free(problem, |of| matches!(of, Quantity::Design(_))) {
