@@ -36,19 +36,25 @@ fn assert_is_found_at_once(what: &str, solved: &Solved) {
 }
 
 /// The nearest state in which the trolley has arrived leaves the load behind. Segments from there were not solved, and states in which the trolley
-/// had gone farther than the rope reaches were sought for seconds.
+/// had gone farther than the ropes reach were sought for seconds.
 #[test]
-fn a_particle_on_a_rope_ends_below_its_trolley() {
-    for distance in [0.3, 1.0, 3.0] {
+fn particles_on_ropes_end_below_their_trolley() {
+    for (count, distance) in [(1, 0.3), (1, 1.0), (1, 3.0), (3, 1.0), (5, 1.0)] {
         let mut scene = Scene::new();
         scene.gravity(0.0, -9.81);
-        let (trolley, load) = (scene.body("trolley", 1.0, 0.1, [0.0; 3]), scene.particle("load", 0.3, [0.0, -0.5]));
+        let trolley = scene.body("trolley", 1.0, 0.1, [0.0; 3]);
         scene.prismatic("rail", Body::GROUND.at(0.0, 0.0), 0.0, trolley.at(0.0, 0.0), 0.0);
-        scene.distance("rope", trolley.at(0.0, 0.0), load.point(), 0.5);
+        let (mut above, mut loads) = (trolley.at(0.0, 0.0), Vec::new());
+        for k in 0..count {
+            let load = scene.particle(&format!("load {k}"), 0.3, [0.0, -0.5 * f64::from(k + 1)]);
+            scene.distance(&format!("rope {k}"), above, load.point(), 0.5);
+            loads.push(load.coordinates[0]);
+            above = load.point();
+        }
         let force = scene.control("force");
         scene.actuator("motor", Body::GROUND.at(0.0, 0.0), 0.0, trolley.at(0.0, 0.0), force);
-        let solved = solved(scene, force, (trolley.coordinates[0], distance), &[load.coordinates[0]], &[]);
-        assert_is_found_at_once(&format!("{distance} m"), &solved);
+        let solved = solved(scene, force, (trolley.coordinates[0], distance), &loads, &[]);
+        assert_is_found_at_once(&format!("{count} loads, {distance} m"), &solved);
     }
 }
 

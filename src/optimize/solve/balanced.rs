@@ -4,12 +4,16 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::super::problem::Interval;
-use super::pose::{FOUND, Pose};
+use super::pose::{End, FOUND, Pose};
+use super::reach::Reach;
 use crate::solver::Asked;
 use crate::{Coordinate, Mechanics};
 
 /// Rates below this are zero, m/s or rad/s, and derivatives below this fraction of the largest one.
 const ZERO: f64 = 1e-9;
+/// Values that are asked for change by at most this in a part of the way, m or rad, with at most so many parts.
+const SHORT: f64 = 0.25;
+const MOST_PARTS: f64 = 40.0;
 
 impl Pose {
     /// The state z at rest with the same coordinates of which outputs are functions, in a stable equilibrium without controls; `None` if z is not at rest,
@@ -37,6 +41,28 @@ impl Pose {
             self.guess(&q, &none);
         }
         found
+    }
+
+    /// The state in which outputs have given values that is reached from a start at rest if these values change slowly, and what is free stays in equilibrium;
+    /// `None` if there is none.
+    pub(super) fn carried(&mut self, start: [&DVector<f64>; 2], time: f64, asked: &[(usize, Interval)]) -> Option<End> {
+        let mut at = self.guess(start[0], start[1]);
+        let left = self.residuals(&mut DVector::from_column_slice(&at), time, asked)?;
+        let parts = (left.amax() / SHORT).ceil().min(MOST_PARTS);
+        let mut end = None;
+        for part in 1..=parts as usize {
+            let remaining = 1.0 - part as f64 / parts;
+            let shifted = |to: Interval, by: f64| Interval::new(to.least + by, to.most + by);
+            let part = asked.iter().zip(&left).map(|(&(output, to), left)| (output, shifted(to, remaining * left)));
+            let part: Vec<(usize, Interval)> = part.collect();
+            let here = self.newton(&at, time, &part);
+            if here.reach != Reach::Found {
+                return None;
+            }
+            at = self.balanced(&here.z, time, &part)?;
+            end = Some(End { z: at.clone(), ..here });
+        }
+        end
     }
 
     /// The independent coordinates that outputs with given values determine at the current point; `None` if such an output depends on several ones.

@@ -119,6 +119,9 @@ impl Pose {
         if from_start.reach == Reach::Found {
             return from_start;
         }
+        if let Some(end) = self.carried([q0, v0], time, asked) {
+            return end;
+        }
         let angles = self.angles.clone();
         let positions = || (0..z0.len()).step_by(2);
         let mut random = Random::new(0);
@@ -151,7 +154,7 @@ impl Pose {
 
     /// z near another one in which outputs lie in given intervals, or where the sum of squares of the distances from them is least, if Newton's
     /// method finds it. Coordinates change a little in an iteration unless the residuals are linear, so that the method does not wind angles up.
-    fn newton(&mut self, from: &[f64], time: f64, asked: &[(usize, Interval)]) -> End {
+    pub(super) fn newton(&mut self, from: &[f64], time: f64, asked: &[(usize, Interval)]) -> End {
         let mut z = DVector::from_column_slice(from);
         let Some(r) = self.residuals(&mut z, time, asked) else {
             return End { z: from.to_vec(), left: DVector::from_element(asked.len(), f64::INFINITY), reach: Reach::Unknown };
